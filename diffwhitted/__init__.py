@@ -1,0 +1,43 @@
+"""A differentiable Whitted ray tracer.
+
+    scene = diffwhitted.load_scene("scene.toml")
+    image = diffwhitted.render(scene, scene.cameras["main"])        # (height, width, 3), linear RGB
+
+The image is a differentiable function of every number in the scene; materials are replaced by name with
+`replace_coefficient`. Fits live in the package `fitting`.
+
+Conventions. Right-handed, y up. Metres; radians, except where a name ends in `_deg`. Directions have unit
+length and point away from the surface, except the incoming ray, which points along its travel. Images are
+(height, width, 3), row 0 on top, linear Rec. 709 RGB, scene-referred: nothing is clipped before display.
+The precision of a scene is that of its arrays, float32 unless it is made or loaded with
+`precision="float64"`.
+"""
+
+from ._errors import CapacityError, InputError, SceneError
+from ._render import plan, render
+from .formats import load_scene, parse_scene, save_scene, scene_schema
+from .image import read_image, write_image
+from .scene import (
+    COEFFICIENTS,
+    Camera,
+    Checker,
+    ConstantBackground,
+    DirectionalLight,
+    GradientBackground,
+    Material,
+    Plane,
+    PointLight,
+    Polygon,
+    Scene,
+    Sphere,
+    coefficient_value,
+    replace_coefficient,
+)
+from .tree import Effects, Plan, decide_effects
+
+__all__ = [
+    "COEFFICIENTS", "Camera", "CapacityError", "Checker", "ConstantBackground", "DirectionalLight", "Effects",
+    "GradientBackground", "InputError", "Material", "Plan", "Plane", "PointLight", "Polygon", "Scene", "SceneError",
+    "Sphere", "coefficient_value", "decide_effects", "load_scene", "parse_scene", "plan", "read_image", "render",
+    "replace_coefficient", "save_scene", "scene_schema", "write_image",
+]

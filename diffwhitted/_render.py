@@ -1,0 +1,111 @@
+"""From scene and camera to image: plan, record, replay, film."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ._errors import CapacityError
+from ._vector import Vec3
+from .scene import Camera, Scene, tabulate
+from .scene._checks import is_traced
+from .tree import PIXELS_PER_PASS, Plan, Record, make_plan, record, replay
+
+FIRST_GUESS = 1.5
+"""Rays other than camera rays that a pixel is first given room for; more room costs memory, not time."""
+
+
+def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: int = 1,
+           max_depth: int | None = None) -> Float[Array, "height width 3"]:
+    """The image of a scene: linear Rec. 709 RGB, scene-referred, row 0 on top.
+
+    `samples` is the number of samples along each side of a pixel (n x n rays on a regular grid, averaged);
+    `max_depth` replaces the scene's. Works under `jit`, `grad`, `jvp` and `vmap`; derivatives in all
+    arrays of `scene` and `camera` are those of the recorded tree: exact for the coefficients that move no
+    ray, without the motion of edges for those that do.
+
+    Without a `plan` one is made for this call. Inside `jit` (or where values are traced) it must assume the
+    worst, so pass `plan=diffwhitted.plan(scene, camera)` there. Raises `CapacityError` where a plan's room for
+    rays is too small; no ray is dropped in silence.
+    """
+    given = plan is not None
+    traced = any(map(is_traced, jax.tree.leaves((scene, camera))))
+    if not given:
+        pixels = camera.width * camera.height
+        plan = make_plan(scene, camera, max_depth=max_depth, capacity=None if traced else int(FIRST_GUESS * min(pixels, PIXELS_PER_PASS)))
+    while True:
+        image, needed = render_passes(scene, camera, plan, samples)
+        if is_traced(needed):
+            return eqx.error_if(image, needed > plan.capacity, _too_small(plan))
+        if int(needed) <= plan.capacity:
+            return image
+        if given:
+            raise CapacityError(_too_small(plan))
+        plan = plan.with_capacity(2 * int(needed))
+
+
+def plan(scene: Scene, camera: Camera, *, free: tuple[str, ...] = (), max_depth: int | None = None) -> Plan:
+    """A plan with measured room for the rays of this scene and camera, with a tenth to spare.
+
+    `free` names coefficients ("glass.k_s") whose derivative is wanted although they may be zero now.
+    """
+    guess = make_plan(scene, camera, free=free, max_depth=max_depth, capacity=int(FIRST_GUESS * min(camera.width * camera.height, PIXELS_PER_PASS)))
+    while True:
+        needed = int(np.max(record_passes(scene, camera, guess).descendants))
+        if needed <= guess.capacity:
+            return guess.with_capacity(int(1.1 * needed))
+        guess = guess.with_capacity(2 * needed)
+
+
+@eqx.filter_jit
+def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
+    """The image (height, width, 3), and the most rays other than camera rays that one pass needs."""
+    tables = tabulate(scene)
+    offsets = jnp.asarray((np.arange(samples) + 0.5) / samples, scene.dtype)
+    column, row = (g.reshape(-1) for g in jnp.meshgrid(offsets, offsets))
+
+    def one_pass(first):
+        def one_sample(offset):
+            tree = record(tables, camera, plan, first, offset)
+            return replay(tables, camera, tree, plan, first, offset), tree.descendants
+
+        film, needed = jax.lax.map(one_sample, jnp.stack([column, row], axis=1))
+        return jax.tree.map(lambda c: c.mean(axis=0), film), needed.max()
+
+    film, needed = jax.lax.map(one_pass, _first_pixels(plan))
+    return developed(film, camera), needed.max()
+
+
+@eqx.filter_jit
+def record_passes(scene: Scene, camera: Camera, plan: Plan, offset=None) -> Record:
+    """The recorded trees of all passes, stacked."""
+    tables, offset = tabulate(scene), _centre(scene) if offset is None else offset
+    return jax.lax.map(lambda first: record(tables, camera, plan, first, offset), _first_pixels(plan))
+
+
+@eqx.filter_jit
+def replay_passes(scene: Scene, camera: Camera, tree: Record, plan: Plan, offset=None) -> Float[Array, "height width 3"]:
+    """The image of recorded trees, differentiable in `scene` and `camera`."""
+    tables, offset = tabulate(scene), _centre(scene) if offset is None else offset
+    film = jax.lax.map(lambda pass_: replay(tables, camera, pass_[1], plan, pass_[0], offset), (_first_pixels(plan), tree))
+    return developed(film, camera)
+
+
+def developed(film: Vec3, camera: Camera) -> Float[Array, "height width 3"]:
+    """The pixels of all passes as one image."""
+    channels = (c.reshape(-1)[: camera.width * camera.height] for c in (film.x, film.y, film.z))
+    return jnp.stack([c.reshape(camera.height, camera.width) for c in channels], axis=-1)
+
+
+def _first_pixels(plan: Plan):
+    return jnp.arange(plan.passes, dtype=jnp.int32) * plan.pass_pixels
+
+
+def _centre(scene: Scene):
+    return jnp.full(2, 0.5, scene.dtype)
+
+
+def _too_small(plan: Plan) -> str:
+    return (f"the ray tree needs more room than the plan's {plan.capacity} rays a pass; make a plan for this scene "
+            "with diffwhitted.plan(scene, camera), lower max_depth, or set fewer of k_s and k_t above zero")

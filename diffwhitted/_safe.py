@@ -1,0 +1,64 @@
+"""Arithmetic that stays finite at its edges, in value and in both derivative modes.
+
+Nothing else in the renderer calls a square root, a norm, a division or a power with a variable
+exponent on something that may be masked. The rule is the same everywhere: the *input* is replaced
+by a harmless one where the operation is not defined, so that no infinity is ever formed and then
+multiplied by zero on the way back.
+"""
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int
+
+from ._vector import Vec3, dot
+
+
+def safe_sqrt(x: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    """Square root of max(x, 0).
+
+    Edge: for x <= 0 the value is 0 and the derivative is 0 (the one-sided limit is infinite).
+    """
+    positive = x > 0
+    return jnp.where(positive, jnp.sqrt(jnp.where(positive, x, 1)), 0)
+
+
+def safe_divide(a: Float[Array, "*n"], b: Float[Array, "*n"], otherwise=0) -> Float[Array, "*n"]:
+    """a / b.
+
+    Edge: where b = 0 the value is `otherwise`, and the derivatives in a and b are 0.
+    """
+    defined = b != 0
+    return jnp.where(defined, a / jnp.where(defined, b, 1), otherwise)
+
+
+def length(v: Vec3) -> Float[Array, "*n"]:
+    """|v|. Edge: 0 with derivative 0 at the zero vector."""
+    return safe_sqrt(dot(v, v))
+
+
+def normalise(v: Vec3) -> Vec3:
+    """v / |v|. Edge: the zero vector stays zero, with derivative 0."""
+    return v * safe_divide(1, length(v))
+
+
+def power_of_cosine(chord_squared: Float[Array, "*n"], exponent: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    """max(cos, 0) ** exponent for the angle between two unit vectors |a - b|**2 = `chord_squared` apart.
+
+    cos = 1 - |a - b|**2 / 2, so log cos = log1p(-|a - b|**2 / 2) keeps its digits where the cosine
+    is close to 1: a Phong exponent of 1e6 is exact in float32, where `cos ** n` is off by 6 %.
+
+    Edges: for cos <= 0 the value is 0 (1 where the exponent is 0, as 0 ** 0 = 1); the derivatives in
+    the cosine and in the exponent are 0 there.
+    """
+    lit = chord_squared < 2
+    log_cosine = jnp.log1p(-0.5 * jnp.where(lit, chord_squared, 0))
+    return jnp.where(lit, jnp.exp(exponent * log_cosine), jnp.where(exponent == 0, 1, 0).astype(chord_squared.dtype))
+
+
+def whole_power(base: Float[Array, "*n"], count: Int[Array, "*n"]) -> Float[Array, "*n"]:
+    """base ** count for a whole number count >= 0, such as the surfaces a shadow ray crosses.
+
+    Edges: base ** 0 = 1 with derivative 0 in the base, also at base = 0; 0 ** 1 has derivative 1.
+    """
+    some, several = count > 0, count > 1
+    tail = jnp.where(several & (base > 0), base, 1) ** jnp.where(several, count - 1, 0).astype(base.dtype)
+    return jnp.where(some, base * jnp.where(several & (base <= 0), 0, tail), 1)

@@ -1,0 +1,47 @@
+"""Infinite planes, each the boundary of the half space that its normal points away from."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from .._safe import safe_divide
+from .._vector import Vec3, dot
+from ._ray import Ray
+
+
+class Planes(eqx.Module):
+    """Planes normal.x = offset with unit normals (arrays over the planes, or over rays)."""
+
+    normal: Vec3
+    offset: Float[Array, "*n"]
+
+    def crossings(self, ray: Ray, on_it, inwards):
+        """Distance of the crossing ahead (infinity if none), as a tuple of one."""
+        return (self.first_crossing(ray, on_it, inwards)[0],)
+
+    def first_crossing(self, ray: Ray, on_it, inwards):
+        """Distance of the crossing (infinity if none) and whether the ray enters there.
+
+        Hearn and Baker (14-62): s = -(D + N.P0) / (N.u), here with D = -offset.
+        """
+        del inwards
+        distance, entering = self._crossing(ray)
+        return jnp.where((distance > 0) & ~on_it, distance, jnp.inf), entering
+
+    def carrier(self) -> "Planes":
+        """The unbounded surface that carries the shape: the plane itself."""
+        return self
+
+    def surface(self, ray: Ray, entering):
+        """Distance, outward unit normal and point, differentiable. Edge: a parallel ray gives distance 0."""
+        del entering
+        distance = self._crossing(ray)[0]
+        return distance, self.normal, ray.at(distance)
+
+    def contains(self, point: Vec3):
+        return dot(self.normal, point) < self.offset
+
+    def _crossing(self, ray: Ray):
+        towards = dot(self.normal, ray.direction)
+        distance = safe_divide(self.offset - dot(self.normal, ray.origin), towards)
+        return distance, towards < 0

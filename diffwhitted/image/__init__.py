@@ -1,0 +1,32 @@
+"""Pixels: image files, the display transform, and how far two images look apart.
+
+Images are `(height, width, 3)` arrays of linear Rec.709, scene-referred, row 0 on top. `read_image` and
+`write_image` take and give that, whatever the file holds (OpenEXR, Radiance, TIFF, PNG, JPEG); a
+file is written whole or not at all, and whatever is wrong with one is an `ImageError` of a single
+sentence. Only `encode_for_display` clips, `count_clipped` says how much, and `ciede2000` compares two
+images as a screen would show them.
+"""
+
+from ._display import (
+    ClippedPixels,
+    ciede2000,
+    count_clipped,
+    decode_from_display,
+    display_codes,
+    encode_for_display,
+)
+from ._files import ImageError, ImageFile, read_image, read_mask, write_image
+
+__all__ = [
+    "ClippedPixels",
+    "ImageError",
+    "ImageFile",
+    "ciede2000",
+    "count_clipped",
+    "decode_from_display",
+    "display_codes",
+    "encode_for_display",
+    "read_image",
+    "read_mask",
+    "write_image",
+]

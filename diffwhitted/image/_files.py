@@ -1,0 +1,430 @@
+"""Image files in and out, all through OpenImageIO.
+
+In memory: linear Rec.709, straight (not premultiplied) alpha, row 0 on top. In the file: whatever the
+format holds. Every failure is an `ImageError` of one sentence, and nothing is printed.
+"""
+
+import json
+import os
+import secrets
+import shutil
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+from jaxtyping import Float
+
+from .._errors import InputError
+from ._colour import SRGB, curve_of, decode_srgb, pick_channels
+from ._display import decode_from_display, display_codes
+
+_KINDS = {"openexr": "OpenEXR", "hdr": "Radiance", "tiff": "TIFF", "png": "PNG", "jpeg": "JPEG"}
+_MOST_PIXELS = 2**27  # a broken header may claim any size
+_REC709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # ITU-R BT.709-6, items 1.3 and 1.4
+_FLOAT32 = float(np.finfo(np.float32).max)
+_TERMINAL = threading.Lock()
+
+
+class ImageError(InputError):
+    """An image file, or the pixels for one, cannot be used: which one, why, and what to try."""
+
+
+@dataclass(frozen=True, eq=False)
+class ImageFile:
+    """What an image file holds.
+
+    pixels: (height, width, 3) float32, linear Rec.709, straight alpha; NaN and infinity as stored.
+    alpha: (height, width) float32, or None where the file has none. path: where it was read.
+    colour_space: of the numbers in the file, "linear Rec.709" or "sRGB".
+    notes: what a user should know of how the file was read, a sentence each; mostly empty.
+    """
+
+    pixels: Float[np.ndarray, "height width 3"]
+    alpha: Float[np.ndarray, "height width"] | None
+    path: Path
+    colour_space: str
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Format:
+    """What a format holds: display codes of so many bits, or (0) linear floats in an interval."""
+
+    # libpng and libjpeg speak to the terminal about a longer side, or end the program.
+    side: int = 2**24
+    bits: int = 0
+    interval: tuple[float, float] = (-_FLOAT32, _FLOAT32)
+    finite: bool = True
+    alpha: bool = True
+    settings: dict[str, Any] = field(default_factory=dict)
+
+
+_EXR = _Format(finite=False, settings={"compression": "zip"})
+_TIFF = _Format(finite=False, settings={"compression": "zip", "tiff:write_exif": 0})
+_JPEG = _Format(side=65_500, bits=8, alpha=False, settings={"CompressionQuality": 95, "jpeg:subsampling": "4:4:4"})
+_WRITTEN = {
+    ".exr": _EXR,
+    ".hdr": _Format(interval=(0.0, 1.7e38), alpha=False),
+    ".tif": _TIFF,
+    ".tiff": _TIFF,
+    ".png": _Format(side=1_000_000, bits=16, settings={"png:compressionLevel": 3}),
+    ".jpg": _JPEG,
+    ".jpeg": _JPEG,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class _Stored:
+    """Numbers as in the file: colour (height, width, 1 or 3), alpha, and what the file says of them."""
+
+    colour: np.ndarray
+    alpha: np.ndarray | None
+    premultiplied: bool
+    colour_tag: str
+    exposure: float
+    notes: tuple[str, ...]
+
+
+def read_image(path: str | os.PathLike, *, layer: str | None = None) -> ImageFile:
+    """Reads an OpenEXR, Radiance, TIFF, PNG or JPEG file as linear Rec.709.
+
+    Whole numbers (8 or 16 bit) are taken as sRGB and floats as linear, unless the file states otherwise.
+    Grey becomes three equal channels; two channels are grey and alpha. Channels of an OpenEXR file are
+    found by name (R, G, B, A, or Y), in `layer` where there are several. Premultiplied colour (OpenEXR by
+    convention, TIFF where it says so) is divided by alpha where alpha > 0 and kept where it is 0. Pixels
+    are turned the way the file's orientation says. Where the data window of an OpenEXR file does not
+    reach, pixels and alpha are 0; what lies outside its display window is cut off.
+
+    Raises ImageError for a file that is missing, broken, cut short, or of another kind or colour space.
+    """
+    path = Path(path)
+    stored = _load(path, layer)
+    colour, alpha = stored.colour, stored.alpha
+    floating = colour.dtype == np.float32
+    try:
+        curve = curve_of(stored.colour_tag, floating=floating)
+    except ValueError as error:
+        raise ImageError(f"{path}: {error}; convert it first, for instance with oiiotool --colorconvert.") from None
+    # A file may hold NaN and infinity; they pass through, without warnings.
+    with np.errstate(all="ignore"):
+        if alpha is not None:
+            alpha = _unit(alpha)
+            if stored.premultiplied:
+                colour, floating = _unit(colour), True
+                colour = np.where(alpha[..., None] > 0, colour / alpha[..., None], colour)
+        if curve == SRGB:
+            colour = decode_srgb(colour) if floating else decode_from_display(colour)
+        pixels = _unit(colour) / np.float32(stored.exposure)
+    pixels = np.ascontiguousarray(np.broadcast_to(pixels, (*pixels.shape[:2], 3)))
+    return ImageFile(pixels, alpha, path, curve, stored.notes)
+
+
+def read_mask(path: str | os.PathLike) -> Float[np.ndarray, "height width"]:
+    """Reads a mask: (height, width) float32 in [0, 1], the numbers of the file with no colour transform.
+
+    8 and 16 bit codes are divided by 255 and 65535. The file is grey, or colour with equal channels. With
+    alpha, the mask is grey over black, so transparent counts as 0.
+
+    Raises ImageError as `read_image` does, and for unequal channels, NaN, and values outside [0, 1].
+    """
+    path = Path(path)
+    stored = _load(path, None)
+    colour = _unit(stored.colour)
+    mask = colour[..., 0]
+    if not np.allclose(colour, mask[..., None], rtol=0, atol=1e-3, equal_nan=True):
+        raise ImageError(f"{path}: a mask is grey, and the channels of this file differ; save it as greyscale.")
+    if stored.alpha is not None and not stored.premultiplied:
+        mask = mask * _unit(stored.alpha)
+    bad = ~((mask >= -1e-4) & (mask <= 1.0001))
+    _refuse(path, bad, "are outside [0, 1] or not a number; a mask is 1 where a pixel counts")
+    return np.clip(mask, 0, 1)
+
+
+def write_image(
+    path: str | os.PathLike,
+    pixels: Float[np.ndarray, "height width 3"],
+    *,
+    metadata: dict[str, Any] | None = None,
+    exposure: float = 0.0,
+    half: bool = False,
+    alpha: Float[np.ndarray, "height width"] | None = None,
+) -> None:
+    """Writes linear Rec.709 pixels in the format that the extension names, whole or not at all.
+
+    .exr .hdr .tif .tiff hold linear 32 bit floats (a .hdr shares one exponent among three 8 bit
+    mantissas); .png holds 16 bit and .jpg .jpeg 8 bit codes of the display transform.
+
+    pixels: (height, width, 3) floats; NaN and infinity only in .exr and .tif.
+    metadata: a JSON object in ImageDescription; its "Software" becomes the Software. A .hdr keeps none.
+    exposure: stops, for .png and .jpg. half: 16 bit floats, for .exr.
+    alpha: (height, width) in [0, 1], for .exr, .tif and .png. An .exr stores pixels premultiplied,
+    so colour under alpha 0 is lost there; the others store it straight.
+
+    Raises ImageError when the pixels do not fit the format or the file cannot be written; a file
+    that was there before is then as it was.
+    """
+    path = Path(path)
+    extension = path.suffix.lower()
+    if extension not in _WRITTEN:
+        raise ImageError(f"{path}: cannot write the extension {extension!r}; use one of {' '.join(_WRITTEN)}.")
+    form = _WRITTEN[extension]
+    if half and form is not _EXR:
+        raise ImageError(f"{path}: half = True is for .exr; leave it out, or write .exr.")
+    if exposure and not form.bits:
+        raise ImageError(f"{path}: exposure = {exposure} is for display, {extension} is linear; use 0, or .png.")
+    stored = _checked(path, pixels, replace(form, interval=(-65504.0, 65504.0)) if half else form)
+    if form.bits:
+        try:
+            stored = display_codes(stored, form.bits, exposure=exposure)
+        except ValueError as error:
+            raise ImageError(f"{path}: {error}.") from None
+    if alpha is not None:
+        stored = _with_alpha(path, stored, alpha, form)
+    _write_whole(path, _described(path, stored, form, half, metadata or {}), stored)
+
+
+def _load(path: Path, layer: str | None) -> _Stored:
+    """Opens and reads a file; every failure becomes an ImageError."""
+    try:
+        if path.exists() and not path.is_file():
+            raise ImageError(f"{path}: not a file; give an image in one of the formats {', '.join(_KINDS.values())}.")
+        with path.open("rb") as file:
+            png = file.read(4) == b"\x89PNG"
+        with _silent_terminal() if png else nullcontext():
+            return _decoded(path, layer)
+    except FileNotFoundError:
+        raise ImageError(f"{path}: no such file; check the name and the folder.") from None
+    except ImageError:
+        raise
+    except (OSError, ValueError, RuntimeError, MemoryError) as error:
+        raise ImageError(f"{path}: cannot be read ({_one_line(error)}); check the file, or write it anew.") from None
+
+
+def _decoded(path: Path, layer: str | None) -> _Stored:
+    """The numbers of the first image in the file, cut to its display window and turned upright."""
+    wish = oiio.ImageSpec()
+    wish.attribute("oiio:UnassociatedAlpha", 1)
+    source = oiio.ImageInput.open(_utf8(path), wish)
+    if source is None:
+        raise OSError(oiio.geterror() or "of no known kind")
+    try:
+        spec, kind = source.spec(), source.format_name()
+        if kind not in _KINDS or spec.deep or spec.depth > 1:
+            raise ValueError(f"kind {kind!r}; allowed are flat images in {', '.join(_KINDS.values())}")
+        if spec.width * spec.height > _MOST_PIXELS:
+            raise ValueError(f"{spec.width} x {spec.height} pixels; allowed are {_MOST_PIXELS}")
+        colour, alpha = pick_channels(spec.channelnames, layer, by_name=kind == "openexr")
+        picked = colour if alpha is None else [*colour, alpha]
+        numbers = {spec.channelformat(channel).basetype for channel in picked}
+        if not numbers <= {oiio.UINT8, oiio.UINT16, oiio.HALF, oiio.FLOAT, oiio.DOUBLE}:
+            raise ValueError(f"numbers of type {spec.format}; allowed are uint8, uint16, half, float and double")
+        codes = numbers <= {oiio.UINT8, oiio.UINT16}
+        first = min(picked)
+        values = source.read_image(0, 0, first, max(picked) + 1, "unknown" if codes else "float")
+        if (complaint := source.geterror()) or values is None:
+            raise OSError(complaint or "no pixels")
+        several = source.seek_subimage(1, 0)
+        source.geterror()
+    finally:
+        source.close()
+    shown = values[..., [channel - first for channel in picked]]
+    covered = None
+    if kind == "openexr":
+        shown, covered = _in_display_window(shown, spec)
+    orientation = spec.get_int_attribute("Orientation", 1)
+    shown = _upright(shown, orientation)
+    covered = None if covered is None else _upright(covered, orientation)
+    straight = bool(spec.get_int_attribute("oiio:UnassociatedAlpha"))
+    return _Stored(
+        colour=shown[..., : len(colour)],
+        alpha=covered if alpha is None else shown[..., -1],
+        premultiplied=kind == "openexr" or (spec.alpha_channel == alpha and not straight),
+        colour_tag=_colour_tag(spec),
+        exposure=spec.get_float_attribute("hdr:exposure", 1.0) or 1.0,
+        notes=tuple(_notes(spec, several, covered is not None)),
+    )
+
+
+def _colour_tag(spec: oiio.ImageSpec) -> str:
+    """The colour space that the file states, "" if none; primaries other than Rec.709 come first."""
+    primaries = spec.getattribute("chromaticities")
+    if primaries is not None and not np.allclose(primaries, _REC709, rtol=0, atol=2e-3):
+        return f"chromaticities {', '.join(f'{x:.4g}' for x in primaries)}"
+    return spec.get_string_attribute("oiio:ColorSpace")
+
+
+def _notes(spec: oiio.ImageSpec, several: bool, partly: bool) -> Iterator[str]:
+    """What a user should know of how the file was read."""
+    if several:
+        yield "Of several images in the file, the first was read."
+    if partly:
+        yield "The data window covers only a part of the image; pixels and alpha are 0 outside it."
+    profile = spec.get_string_attribute("ICCProfile:profile_description")
+    if profile and "srgb" not in profile.lower():
+        yield f"The embedded colour profile {profile!r} was not applied."
+
+
+def _in_display_window(values: np.ndarray, spec: oiio.ImageSpec) -> tuple[np.ndarray, np.ndarray | None]:
+    """The display window of the file: values (0 where there are none), and where they are, if not everywhere."""
+    if (spec.x, spec.y, spec.width, spec.height) == (spec.full_x, spec.full_y, spec.full_width, spec.full_height):
+        return values, None
+    if spec.full_width * spec.full_height > _MOST_PIXELS:
+        size = f"{spec.full_width} x {spec.full_height}"
+        raise ValueError(f"a display window of {size} pixels; allowed are {_MOST_PIXELS}")
+    left, top = spec.x - spec.full_x, spec.y - spec.full_y
+    rows = slice(max(top, 0), min(top + spec.height, spec.full_height))
+    columns = slice(max(left, 0), min(left + spec.width, spec.full_width))
+    if rows.start >= rows.stop or columns.start >= columns.stop:
+        raise ValueError("its data window and its display window have no pixel in common")
+    shown = np.zeros((spec.full_height, spec.full_width, values.shape[2]), values.dtype)
+    covered = np.zeros(shown.shape[:2], np.float32)
+    shown[rows, columns] = values[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
+    covered[rows, columns] = 1
+    return shown, None if covered.all() else covered
+
+
+def _upright(values: np.ndarray, orientation: int) -> np.ndarray:
+    """Turns and mirrors as the Exif tag Orientation says (CIPA DC-008, tag 274: 1 is upright)."""
+    if orientation >= 5:
+        values = values.swapaxes(0, 1)
+    rows = slice(None, None, -1 if orientation in (3, 4, 7, 8) else 1)
+    columns = slice(None, None, -1 if orientation in (2, 3, 6, 7) else 1)
+    return values[rows, columns]
+
+
+def _unit(values: np.ndarray) -> Float[np.ndarray, "..."]:
+    """float32: whole numbers as fractions of their largest, floats as they are."""
+    if np.issubdtype(values.dtype, np.integer):
+        return (values / np.iinfo(values.dtype).max).astype(np.float32)
+    return values.astype(np.float32)
+
+
+def _checked(path: Path, pixels: np.ndarray, form: _Format) -> Float[np.ndarray, "height width 3"]:
+    """The pixels as float32, if the format can hold them."""
+    pixels = np.asarray(pixels)
+    if pixels.ndim != 3 or pixels.shape[2] != 3 or 0 in pixels.shape:
+        raise ImageError(f"{path}: pixels of shape {pixels.shape}; allowed is (height, width, 3), none of them 0.")
+    if not np.issubdtype(pixels.dtype, np.floating):
+        raise ImageError(f"{path}: pixels of type {pixels.dtype}; allowed are floats. Try decode_from_display.")
+    if max(pixels.shape) > form.side:
+        size = f"{pixels.shape[1]} x {pixels.shape[0]}"
+        raise ImageError(f"{path}: {size} pixels; at most {form.side} a side are allowed. Try .exr.")
+    pixels = pixels.astype(np.float64)
+    finite = np.isfinite(pixels)
+    if form.finite:
+        _refuse(path, ~finite.all(axis=2), "are not finite, as they must be here; find the cause, or use .exr")
+    low, high = form.interval
+    outside = (finite & ((pixels < low) | (pixels > high))).any(axis=2)
+    _refuse(path, outside, f"are outside [{low:g}, {high:g}], all it holds; scale them, or use a float .exr")
+    return pixels.astype(np.float32)
+
+
+def _with_alpha(path: Path, stored: np.ndarray, alpha: np.ndarray, form: _Format) -> np.ndarray:
+    """Stored pixels with alpha as the fourth channel, premultiplied where the format is."""
+    alpha = np.asarray(alpha)
+    if not form.alpha:
+        raise ImageError(f"{path}: {path.suffix} holds no alpha; leave it out, or write .exr, .tif or .png.")
+    if alpha.shape != stored.shape[:2]:
+        raise ImageError(f"{path}: alpha of shape {alpha.shape}; allowed is {stored.shape[:2]}, that of the pixels.")
+    _refuse(path, ~((alpha >= 0) & (alpha <= 1)), "have alpha outside [0, 1] or not a number; 1 is opaque")
+    if form is _EXR:
+        with np.errstate(invalid="ignore"):
+            stored = np.where(alpha[..., None] > 0, stored * alpha[..., None], 0)
+    if form.bits:
+        alpha = np.rint(alpha * np.iinfo(stored.dtype).max)
+    return np.concatenate([stored, alpha[..., None]], axis=2).astype(stored.dtype if form.bits else np.float32)
+
+
+def _described(path: Path, stored: np.ndarray, form: _Format, half: bool, metadata: dict[str, Any]) -> oiio.ImageSpec:
+    """What the file will say of itself."""
+    number = {"float32": "half" if half else "float"}.get(stored.dtype.name, stored.dtype.name)
+    spec = oiio.ImageSpec(stored.shape[1], stored.shape[0], stored.shape[2], number)
+    about = dict(metadata)
+    software = str(about.pop("Software", "diffwhitted"))
+    description = json.dumps(about, default=str) if about else ""
+    # libjpeg ends the whole program on a longer one.
+    if form is _JPEG and len((software + description).encode()) > 60_000:
+        raise ImageError(f"{path}: metadata too long for a JPEG, which holds 60000 bytes; leave some out, or use .png.")
+    spec.attribute("Software", software)
+    if description:
+        spec.attribute("ImageDescription", description)
+    spec.attribute("oiio:ColorSpace", "srgb_rec709_scene" if form.bits else "lin_rec709_scene")
+    spec.attribute("oiio:UnassociatedAlpha", int(form is not _EXR))
+    if form is _EXR:
+        spec.attribute("chromaticities", oiio.TypeDesc("float[8]"), _REC709)
+    for name, value in form.settings.items():
+        spec.attribute(name, value)
+    return spec
+
+
+def _refuse(path: Path, bad: np.ndarray, problem: str) -> None:
+    """Raises ImageError when any pixel of the map is bad, saying how many and where the first is."""
+    if bad.any():
+        row, column = np.argwhere(bad)[0]
+        which = f"{bad.sum()} of {bad.size} pixels, the first in row {row} and column {column}"
+        raise ImageError(f"{path}: {which}, {problem}.")
+
+
+def _write_whole(path: Path, spec: oiio.ImageSpec, stored: np.ndarray) -> None:
+    """Writes beside the target under another name and renames: the target is whole or untouched."""
+    temporary = None
+    try:
+        target = Path(os.path.realpath(path))
+        if not target.parent.is_dir():
+            raise ImageError(f"{path}: the folder {target.parent} does not exist; make it first.")
+        if target.is_dir():
+            raise ImageError(f"{path}: a folder; give the name of a file.")
+        if not os.access(target.parent, os.W_OK) or (target.exists() and not os.access(target, os.W_OK)):
+            raise ImageError(f"{path}: no permission to write there; choose another name or folder.")
+        # libjpeg ends the whole program when the disk is full, so there must be room before it starts.
+        if shutil.disk_usage(target.parent).free < 2 * stored.nbytes + 2**16:
+            raise ImageError(f"{path}: the disk is nearly full; make room for {2 * stored.nbytes + 2**16} bytes.")
+        temporary = target.with_name(f".{secrets.token_hex(8)}{path.suffix.lower()}")
+        output = oiio.ImageOutput.create(_utf8(temporary))
+        if output is None:
+            raise OSError(oiio.geterror())
+        done = output.open(_utf8(temporary), spec) and output.write_image(stored)
+        done = output.close() and done
+        if (complaint := output.geterror()) or not done:
+            raise OSError(complaint or "no reason given")
+        os.replace(temporary, target)
+    except ImageError:
+        raise
+    except (OSError, ValueError, RuntimeError) as error:
+        raise ImageError(f"{path}: cannot be written ({_one_line(error)}); check the disk and the folder.") from None
+    finally:
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
+
+
+def _utf8(path: Path) -> str:
+    """The path as OpenImageIO takes it; UnicodeEncodeError for a name that is not UTF-8."""
+    return os.fspath(path).encode().decode()
+
+
+def _one_line(error: BaseException) -> str:
+    """The reason that an error gives, without line breaks."""
+    reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
+    return " ".join(reason.split()).rstrip(".")
+
+
+@contextmanager
+def _silent_terminal() -> Iterator[None]:
+    """Sends file descriptor 2 nowhere: libpng writes its complaints there by itself.
+
+    The lock keeps two readers from restoring each other's silence.
+    """
+    with _TERMINAL:
+        kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+        try:
+            os.dup2(nowhere, 2)
+            yield
+        finally:
+            os.dup2(kept, 2)
+            os.close(kept)
+            os.close(nowhere)

@@ -1,0 +1,20 @@
+"""What is there: inert records of objects, materials, lights and cameras."""
+
+from ._background import Background, ConstantBackground, GradientBackground
+from ._camera import Camera
+from ._coefficients import BY_NAME, COEFFICIENTS, Coefficient
+from ._lights import DirectionalLight, Light, PointLight
+from ._material import HighlightModel, Material
+from ._names import coefficient_value, nearest_name, replace_coefficient, split_name
+from ._objects import Object, Plane, Polygon, Sphere
+from ._scene import Precision, Scene, ShadowModel, TotalReflection, float_dtype
+from ._tables import MaterialTable, Tables, material_names, numbered_objects, tabulate, texture_names
+from ._textures import Checker, Texture
+
+__all__ = [
+    "BY_NAME", "COEFFICIENTS", "Background", "Camera", "Checker", "Coefficient", "ConstantBackground",
+    "DirectionalLight", "GradientBackground", "HighlightModel", "Light", "Material", "MaterialTable", "Object",
+    "Plane", "PointLight", "Polygon", "Precision", "Scene", "ShadowModel", "Sphere", "Tables", "Texture",
+    "TotalReflection", "coefficient_value", "float_dtype", "material_names", "nearest_name", "numbered_objects",
+    "replace_coefficient", "split_name", "tabulate", "texture_names",
+]

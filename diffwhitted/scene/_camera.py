@@ -1,0 +1,86 @@
+"""The pinhole camera."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from .._errors import SceneError
+from .._safe import normalise
+from .._vector import cross, vec3
+from ..geometry import Ray
+from ._checks import is_traced, number_array, require
+
+LARGEST_SIDE = 32768
+"""Pixels; a picture of this width and height still numbers its pixels in 32 bits."""
+
+
+class Camera(eqx.Module):
+    """A pinhole at `look_from`; `vfov_deg` is the full vertical angle of view in degrees.
+
+    The picture has `height` rows from the top and `width` columns from the left, with square pixels.
+    Raises `SceneError` for a degenerate camera: look_at at look_from, or `up` along the line of sight.
+    """
+
+    look_from: Float[Array, "3"]
+    look_at: Float[Array, "3"]
+    up: Float[Array, "3"]
+    vfov_deg: Float[Array, ""]
+    width: int = eqx.field(static=True)
+    height: int = eqx.field(static=True)
+
+    def __init__(self, look_from, look_at, vfov_deg, width: int, height: int, up=(0.0, 1.0, 0.0), place: str = "camera"):
+        self.look_from = number_array(look_from, place, "look_from", ((3,),))
+        self.look_at = number_array(look_at, place, "look_at", ((3,),))
+        self.up = number_array(up, place, "up", ((3,),))
+        self.vfov_deg = number_array(vfov_deg, place, "vfov_deg", ((),))
+        require(lambda a: 0 < a < 180, place, "vfov_deg", self.vfov_deg, "between 0 and 180, both excluded")
+        self.width, self.height = _size(width, place, "width"), _size(height, place, "height")
+        if not any(map(is_traced, (self.look_from, self.look_at, self.up))):
+            self._check_frame(place)
+
+    def _check_frame(self, place: str):
+        ahead = np.asarray(self.look_at, np.float64) - np.asarray(self.look_from, np.float64)
+        up = np.asarray(self.up, np.float64)
+        if not ahead.any():
+            raise SceneError(f"{place}: look_at equals look_from, so it looks nowhere; move one of them")
+        if np.linalg.norm(np.cross(ahead, up)) <= 1e-6 * np.linalg.norm(ahead) * np.linalg.norm(up):
+            raise SceneError(f"{place}: up = {up.tolist()} lies along the line of sight (or is zero); "
+                             "choose another, such as [0, 0, 1]")
+
+    def resized(self, width: int | None = None, height: int | None = None) -> "Camera":
+        """The same view at another size; one of the two alone keeps the shape of the picture."""
+        if width is None and height is None:
+            return self
+        width = width or max(1, round(height * self.width / self.height))
+        height = height or max(1, round(width * self.height / self.width))
+        return Camera(self.look_from, self.look_at, self.vfov_deg, width, height, self.up)
+
+    def rays(self, column: Float[Array, "*n"], row: Float[Array, "*n"]) -> Ray:
+        """Rays through picture positions; (0.5, 0.5) is the centre of the first pixel, top left.
+
+        direction = ahead + right (column/width - 1/2) 2 tan(vfov/2) width/height + up (1/2 - row/height) 2 tan(vfov/2)
+        """
+        position = vec3(self.look_from)
+        ahead = normalise(vec3(self.look_at) - position)
+        right = normalise(cross(ahead, vec3(self.up)))
+        top = cross(right, ahead)
+        span = 2 * jnp.tan(jnp.deg2rad(self.vfov_deg) / 2)
+        across = (column / self.width - 0.5) * span * (self.width / self.height)
+        upwards = (0.5 - row / self.height) * span
+        direction = normalise(ahead + right * across + top * upwards)
+        return Ray(position * jnp.ones_like(direction.x), direction)
+
+    def pixel_rays(self, pixel: Int[Array, "*n"], offset: Float[Array, "2"]) -> Ray:
+        """Rays through `offset` (column, row; 0.5, 0.5 the centre) inside the pixels, counted row by row."""
+        dtype = self.look_from.dtype
+        column, row = pixel % self.width, pixel // self.width
+        return self.rays(column.astype(dtype) + offset[0], row.astype(dtype) + offset[1])
+
+
+def _size(value, place: str, field: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 1 <= value <= LARGEST_SIDE:
+        raise SceneError(f"{place}: {field} = {value!r}; allowed is a whole number of pixels from 1 to {LARGEST_SIDE}")
+    return int(value)
+
+

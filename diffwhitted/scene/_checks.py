@@ -1,0 +1,44 @@
+"""Checks of values when a record is built. Traced values pass: they have no value yet."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._errors import SceneError
+
+
+def is_traced(value) -> bool:
+    """Is this an abstract value inside `jit`, `grad`, `jvp` or `vmap`?"""
+    return isinstance(value, jax.core.Tracer)
+
+
+def number_array(value, place: str, field: str, shapes: tuple[tuple[int, ...], ...]):
+    """`value` as a floating-point array of one of the allowed shapes, finite where it is concrete."""
+    try:
+        array = value if is_traced(value) else jnp.asarray(value, dtype=_float_dtype(value))
+    except (TypeError, ValueError) as error:
+        raise SceneError(f"{place}: {field} = {value!r} is not a number or a list of numbers") from error
+    if array.shape not in shapes:
+        allowed = " or ".join("a number" if not s else f"{s[0]} numbers" if len(s) == 1 else f"shape {s}" for s in shapes)
+        raise SceneError(f"{place}: {field} has shape {array.shape}; allowed is {allowed}")
+    if not is_traced(array) and not np.all(np.isfinite(array)):
+        raise SceneError(f"{place}: {field} = {listed(array)} is not finite")
+    return array
+
+
+def require(holds, place: str, field: str, value, allowed: str, advice: str = ""):
+    """Raise `SceneError` unless `holds()`; not asked where the value is traced."""
+    if is_traced(value) or holds(np.asarray(value)):
+        return
+    raise SceneError(f"{place}: {field} = {listed(value)}; allowed is {allowed}" + (f". {advice}" if advice else ""))
+
+
+def listed(value) -> str:
+    """A short reading of an array for a message."""
+    shortest = {"float_kind": lambda number: str(number).removesuffix(".0")}
+    return np.array2string(np.asarray(value), separator=", ", threshold=12, formatter=shortest)
+
+
+def _float_dtype(value):
+    dtype = getattr(value, "dtype", None)
+    return dtype if dtype is not None and jnp.issubdtype(dtype, jnp.floating) else float

@@ -1,0 +1,61 @@
+"""Names of coefficients, such as "glass.k_d": reading, replacing, and guessing what was meant."""
+
+import difflib
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import equinox as eqx
+import jax.numpy as jnp
+
+from .._errors import SceneError
+from ._coefficients import BY_NAME
+
+if TYPE_CHECKING:
+    from ._scene import Scene
+
+
+def nearest_name(name: str, known: Iterable[str]) -> str:
+    """A sentence ' Did you mean ...?' or nothing."""
+    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
+    return f" Did you mean {close[0]!r}?" if close else ""
+
+
+def split_name(scene: "Scene", name: str) -> tuple[str, str]:
+    """("glass", "k_d") from "glass.k_d"; a material's own name may hold dots.
+
+    Raises `SceneError` naming the nearest material or coefficient.
+    """
+    material, _, coefficient = name.rpartition(".")
+    if not material:
+        raise SceneError(f"coefficient {name!r}: allowed is MATERIAL.COEFFICIENT, such as 'glass.k_d'")
+    if material not in scene.materials:
+        raise SceneError(f"coefficient {name!r}: no material {material!r}; there is "
+                         f"{', '.join(scene.materials)}.{nearest_name(material, scene.materials)}")
+    if coefficient not in BY_NAME:
+        raise SceneError(f"coefficient {name!r}: no coefficient {coefficient!r}; there is "
+                         f"{', '.join(BY_NAME)}.{nearest_name(coefficient, BY_NAME)}")
+    return material, coefficient
+
+
+def coefficient_value(scene: "Scene", name: str):
+    """The value of a coefficient: shape () or, for linear RGB, (3,). An absent k_h reads as k_s."""
+    material, coefficient = split_name(scene, name)
+    record = scene.materials[material]
+    return record.highlight_coefficient() if coefficient == "k_h" else getattr(record, coefficient)
+
+
+def replace_coefficient(scene: "Scene", name: str, value) -> "Scene":
+    """The scene with one coefficient replaced; differentiable in `value`.
+
+    `name` is "material.coefficient", `value` a number or, where the coefficient has a colour, three.
+
+        jax.grad(lambda k: loss(render(replace_coefficient(scene, "glass.k_d", k), camera)))(0.12)
+
+    Raises `SceneError` for an unknown name, a wrong shape, or a value outside the interval of
+    `COEFFICIENTS` (a traced value is not checked).
+    """
+    from ._material import checked
+
+    material, coefficient = split_name(scene, name)
+    array = jnp.asarray(checked(coefficient, value, f"material {material!r}"), scene.dtype)
+    return eqx.tree_at(lambda s: getattr(s.materials[material], coefficient), scene, array, is_leaf=lambda x: x is None)

@@ -1,0 +1,105 @@
+"""The scene: everything that is there, and how light is to be treated."""
+
+from collections.abc import Mapping, Sequence
+from typing import Literal, get_args
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from .._errors import SceneError
+from ._background import Background, ConstantBackground
+from ._camera import Camera
+from ._checks import number_array, require
+from ._lights import Light
+from ._material import Material
+from ._names import nearest_name
+from ._objects import Object
+from ._textures import Texture
+
+ShadowModel = Literal["opaque", "tinted", "off"]
+TotalReflection = Literal["full", "whitted"]
+Precision = Literal["float32", "float64"]
+
+
+class Scene(eqx.Module):
+    """An inert record of objects, materials, lights and cameras; a pytree of arrays.
+
+    `precision` is the floating-point type of every array in it and so of the whole computation;
+    "float64" needs `jax.config.update("jax_enable_x64", True)` first.
+    """
+
+    objects: tuple[Object, ...]
+    materials: dict[str, Material]
+    lights: tuple[Light, ...]
+    cameras: dict[str, Camera]
+    textures: dict[str, Texture]
+    background: Background
+    ambient: Float[Array, "3"]
+    max_depth: int = eqx.field(static=True)
+    total_internal_reflection: TotalReflection = eqx.field(static=True)
+    shadows: ShadowModel = eqx.field(static=True)
+
+    def __init__(self, *, objects: Sequence[Object], materials: Mapping[str, Material], lights: Sequence[Light] = (),
+                 cameras: Mapping[str, Camera] | None = None, textures: Mapping[str, Texture] | None = None,
+                 background: Background | None = None, ambient=(1.0, 1.0, 1.0), max_depth: int = 5,
+                 total_internal_reflection: TotalReflection = "full", shadows: ShadowModel = "opaque",
+                 precision: Precision = "float32"):
+        dtype = float_dtype(precision)
+
+        def cast(record):
+            return jax.tree.map(lambda a: a.astype(dtype), record)
+
+        self.objects, self.lights = tuple(map(cast, objects)), tuple(map(cast, lights))
+        self.materials, self.cameras, self.textures = (
+            {name: cast(record) for name, record in (records or {}).items()} for records in (materials, cameras, textures))
+        self.background = cast(background or ConstantBackground((0.0, 0.0, 0.0)))
+        self.ambient = cast(jnp.broadcast_to(number_array(ambient, "scene", "ambient", ((), (3,))), (3,)))
+        require(lambda a: (a >= 0).all(), "scene", "ambient", self.ambient, ">= 0")
+        self.max_depth, self.shadows = max_depth, shadows
+        self.total_internal_reflection = total_internal_reflection
+        self._check_settings()
+        self._check_references()
+
+    @property
+    def dtype(self):
+        return self.ambient.dtype
+
+    @property
+    def precision(self) -> Precision:
+        return self.dtype.name
+
+    def _check_settings(self):
+        if isinstance(self.max_depth, bool) or not isinstance(self.max_depth, int) or not 1 <= self.max_depth <= 64:
+            raise SceneError(f"scene: max_depth = {self.max_depth!r}; allowed is a whole number from 1 (camera rays only) to 64")
+        for field, kind in (("shadows", ShadowModel), ("total_internal_reflection", TotalReflection)):
+            if getattr(self, field) not in get_args(kind):
+                raise SceneError(f"scene: {field} = {getattr(self, field)!r}; allowed is {', '.join(get_args(kind))}")
+
+    def _check_references(self):
+        seen = set()
+        for thing in self.objects:
+            if thing.name in seen:
+                raise SceneError(f"object {thing.name!r}: two objects have this name; give each its own")
+            seen.add(thing.name)
+            _known(thing.material, self.materials, f"object {thing.name!r}: material")
+        for name, material in self.materials.items():
+            for field in ("k_a_texture", "k_d_texture"):
+                if getattr(material, field) is not None:
+                    _known(getattr(material, field), self.textures, f"material {name!r}: {field}")
+
+
+def _known(name: str, there: Mapping, place: str):
+    if name not in there:
+        listed = ", ".join(map(repr, there)) or "none at all"
+        raise SceneError(f"{place} = {name!r} is not in the scene; there is {listed}.{nearest_name(name, there)}")
+
+
+def float_dtype(precision: str):
+    """The floating-point type of a precision by name; `SceneError` where JAX is not set up for it."""
+    if precision not in get_args(Precision):
+        raise SceneError(f"precision = {precision!r}; allowed is {', '.join(get_args(Precision))}")
+    if precision == "float64" and not jax.config.jax_enable_x64:
+        raise SceneError('precision = "float64" needs 64-bit JAX: call jax.config.update("jax_enable_x64", True) first')
+    return jnp.dtype(precision)

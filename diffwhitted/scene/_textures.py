@@ -1,0 +1,35 @@
+"""Patterns that multiply a coefficient. A new pattern is a record here."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from .._errors import SceneError
+from .._vector import Vec3, vec3, where
+from ._checks import number_array, require
+
+
+class Checker(eqx.Module):
+    """The first colour where floor(x/s) + floor(y/s) + floor(z/s), over the listed axes, is even."""
+
+    colours: Float[Array, "2 3"]
+    size: Float[Array, ""]
+    axes: str = eqx.field(static=True)
+
+    def __init__(self, colours, size=1.0, axes: str = "xyz", place: str = "texture"):
+        self.colours = number_array(colours, place, "colours", ((2, 3),))
+        require(lambda c: (c >= 0).all(), place, "colours", self.colours, ">= 0")
+        self.size = number_array(size, place, "size", ((),))
+        require(lambda s: s > 0, place, "size", self.size, "> 0")
+        if not axes or len(set(axes)) != len(axes) or set(axes) - set("xyz"):
+            raise SceneError(f"{place}: axes = {axes!r}; allowed are some of the letters x, y, z, such as \"xz\"")
+        self.axes = axes
+
+    def at(self, point: Vec3) -> Vec3:
+        """Linear RGB at the points. The derivative in the point is 0 (an edge has no width here)."""
+        cells = sum(jnp.floor(getattr(point, axis) / self.size) for axis in self.axes)
+        even = cells - 2 * jnp.floor(cells / 2) == 0
+        return where(even, vec3(self.colours[0]), vec3(self.colours[1]))
+
+
+Texture = Checker

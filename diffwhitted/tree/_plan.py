@@ -1,0 +1,129 @@
+"""What a scene calls for, decided once, outside `jit`: effects, depth, and room for the rays."""
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from math import ceil
+
+import numpy as np
+
+from ..scene import Camera, Plane, Scene, Sphere, material_names, numbered_objects, texture_names
+from ..scene._checks import is_traced
+from ._effects import Effects, as_effects, calls_for, decide_effects
+
+CAMERA_BLOCK = 2**15
+CHILD_BLOCK = 2**13
+PIXELS_PER_PASS = 2**16
+WORST_CASE_LIMIT = 2**24
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Static and hashable: it selects the compiled program.
+
+    A picture is traced in `passes`, each of `blocks` blocks of `block` camera rays; their descendants are
+    followed in blocks of `child_block`. `capacity` is the room for descendants in one pass. The sizes are
+    such that a pass stays in the cache and a block below the length from which XLA splits its loops
+    between threads, which was measured to be slower.
+    """
+
+    effects: Effects
+    max_depth: int
+    total_reflection_is_full: bool
+    mirrors: tuple[bool, ...]
+    """Which objects spawn mirror rays, by object number."""
+    transparent: tuple[bool, ...]
+    """Which objects let light through, by object number."""
+    material_of: tuple[int, ...]
+    """The material of each object, by number."""
+    solids: tuple[int, ...]
+    """The transparent solids, smallest first: where they overlap, the first one counts."""
+    highlight_models: tuple[str, ...]
+    """By material: "halfway", "reflected" or "off"."""
+    k_a_textures: tuple[int, ...]
+    """By material: the number of its texture, -1 without one."""
+    k_d_textures: tuple[int, ...]
+    passes: int
+    blocks: int
+    block: int
+    child_block: int
+    capacity: int
+
+    @property
+    def pass_pixels(self) -> int:
+        return self.blocks * self.block
+
+    @property
+    def child_blocks(self) -> int:
+        """The most blocks that `capacity` rays can take: one a depth may be partly filled."""
+        return ceil(self.capacity / self.child_block) + self.max_depth
+
+    @property
+    def slots(self) -> int:
+        """Length of the arrays that hold all rays of a pass, with one block to spare at the end."""
+        return self.pass_pixels + self.capacity + (self.child_block if self.capacity else 0)
+
+    def with_capacity(self, rays: int) -> "Plan":
+        """The same plan with room for `rays` rays (other than camera rays) a pass, in whole blocks."""
+        if not self.effects.branching:
+            return self
+        return replace(self, capacity=max(1, ceil(rays / self.child_block)) * self.child_block)
+
+
+def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_depth: int | None = None,
+              capacity: int | None = None) -> Plan:
+    """Plan the rendering of a scene by a camera.
+
+    `free` names coefficients ("glass.k_s") whose derivative is wanted although they may be zero now: they
+    keep their effect. `capacity` is the room for rays other than camera rays in one pass; without it
+    the room is the worst case, every ray branching down to `max_depth` (at most 16 M rays).
+    """
+    depth = scene.max_depth if max_depth is None else max_depth
+    objects, names, textures = numbered_objects(scene), material_names(scene), texture_names(scene)
+    effects = as_effects(decide_effects(scene, free, depth))
+    mirrors = tuple(calls_for(scene, o.material, "k_s", free) is not None for o in objects)
+    transparent = tuple(calls_for(scene, o.material, "k_t", free) is not None for o in objects)
+    materials = [scene.materials[name] for name in names]
+    passes, blocks, block, child_block = _split(camera.width * camera.height)
+    plan = Plan(
+        effects=effects, max_depth=depth, total_reflection_is_full=scene.total_internal_reflection == "full",
+        mirrors=mirrors, transparent=transparent,
+        material_of=tuple(names.index(o.material) for o in objects), solids=_smallest_first(objects, transparent),
+        highlight_models=tuple(m.highlight for m in materials),
+        k_a_textures=tuple(-1 if m.k_a_texture is None else textures.index(m.k_a_texture) for m in materials),
+        k_d_textures=tuple(-1 if m.k_d_texture is None else textures.index(m.k_d_texture) for m in materials),
+        passes=passes, blocks=blocks, block=block, child_block=child_block, capacity=0,
+    )
+    worst = _worst_case(plan)
+    return plan.with_capacity(worst if capacity is None else min(capacity, worst))
+
+
+def _split(pixels: int) -> tuple[int, int, int, int]:
+    """Passes, blocks a pass, rays a block and descendants a block, with little left over."""
+    passes = ceil(pixels / PIXELS_PER_PASS)
+    in_pass = ceil(pixels / passes)
+    blocks = ceil(in_pass / CAMERA_BLOCK)
+    block = _rounded(ceil(in_pass / blocks))
+    return passes, blocks, block, min(CHILD_BLOCK, block)
+
+
+def _rounded(rays: int) -> int:
+    """Up to a whole number of vector registers."""
+    lanes = 1024 if rays > 4096 else 64
+    return ceil(rays / lanes) * lanes
+
+
+def _worst_case(plan: Plan) -> int:
+    branches = any(plan.mirrors) + any(plan.transparent)
+    per_pixel = 0 if not plan.effects.branching else sum(branches**level for level in range(1, plan.max_depth))
+    return min(plan.pass_pixels * per_pixel, WORST_CASE_LIMIT)
+
+
+def _smallest_first(objects, transparent: tuple[bool, ...]) -> tuple[int, ...]:
+    def size(index):
+        thing = objects[index]
+        if isinstance(thing, Plane):
+            return np.inf
+        return 0.0 if is_traced(thing.radius) else float(thing.radius)
+
+    solids = [i for i, thing in enumerate(objects) if transparent[i] and isinstance(thing, (Sphere, Plane))]
+    return tuple(sorted(solids, key=lambda i: (size(i), -i)))

@@ -1,0 +1,175 @@
+"""Follow the tree of rays and write down what is discrete.
+
+Which surface each ray meets and from which side, which rays it sends on, and what each light sees. There is
+no derivative here. The rays form a queue: the camera rays come first; a block of rays is taken from the
+front, its surfaces are searched for, and the children that carry light are appended at the end, packed
+together. The cost follows the rays that exist.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from .._vector import Vec3
+from ..geometry import NOTHING, Departure, Ray, containing, nearest, surface_at
+from ..illumination import sees_light, surfaces_crossed
+from ..scene import Camera, Tables
+from ._branch import Arrival, arrival, branches, child_ray
+from ._plan import Plan
+from ._stage import empty_buffers, stage, write_block
+
+
+class Origin(eqx.Module):
+    """Where rays come from in the tree."""
+
+    pixel: Int[Array, "n"]
+    """Which pixel of the pass the ray belongs to."""
+    level: Int[Array, "n"]
+    """1 for a camera ray."""
+    lineage: Int[Array, "n"]
+    """4 * parent + branch, the parent by the number of its node."""
+
+
+class Nodes(eqx.Module):
+    """What is discrete about rays, one entry a ray."""
+
+    object: Int[Array, "n"]
+    """The object met; -1 for the background."""
+    entering: Bool[Array, "n"]
+    outside: Int[Array, "n"] | None
+    """The solid around that object, where media are nested."""
+    visible: tuple[Bool[Array, "n"], ...]
+    """For each light: nothing opaque in between. Empty where nothing casts shadows."""
+    crossed: tuple[tuple[Int[Array, "n"], ...], ...]
+    """For each light and each transparent material: the surfaces in between."""
+    origin: Origin
+
+
+class Record(eqx.Module):
+    """The tree of one pass: all its nodes, the camera rays first, then the others in the order of the queue."""
+
+    nodes: Nodes
+    starts: Int[Array, "blocks"]
+    """First node of each block of descendants, in the order in which the blocks were followed."""
+    ends: Int[Array, "blocks"]
+    descendants: Int[Array, ""]
+    """How many there are; more than the plan's capacity means that some were not followed."""
+
+
+def record(tables: Tables, camera: Camera, plan: Plan, first_pixel: Int[Array, ""], offset: Float[Array, "2"]) -> Record:
+    """The tree of the pass that starts at `first_pixel`, through `offset` inside each pixel."""
+    tables, camera, offset = jax.lax.stop_gradient((tables, camera, offset))
+    pixels = camera.width * camera.height
+    lineage = jnp.zeros(plan.slots + plan.child_block, jnp.int32)
+
+    def camera_block(carry, number):
+        (lineage, count), buffers = carry
+        pixel = number * plan.block + jnp.arange(plan.block, dtype=jnp.int32)
+        inside = first_pixel + pixel < pixels
+        ray = stage(inside[0], camera.pixel_rays, jnp.minimum(first_pixel + pixel, pixels - 1), offset)
+        departure = Departure(jnp.full(pixel.shape, NOTHING, jnp.int32), jnp.zeros(pixel.shape, bool))
+        origin = Origin(pixel, jnp.ones(pixel.shape, jnp.int8), jnp.zeros_like(pixel))
+        nodes, at, sends = _follow(tables, plan, ray, departure, origin, inside[0])
+        if plan.effects.branching:
+            lineage, count = _append(lineage, count, pixel, sends, inside)
+        return ((lineage, count), write_block(buffers, (nodes, at), number * plan.block)), None
+
+    shapes = jax.eval_shape(lambda: _follow(tables, plan, *_any_rays(tables, plan.block), jnp.bool_(True))[:2])
+    buffers = empty_buffers(shapes, plan.slots)
+    numbers = jnp.arange(plan.blocks, dtype=jnp.int32)
+    (queue, buffers), _ = jax.lax.scan(camera_block, ((lineage, jnp.int32(plan.pass_pixels)), buffers), numbers)
+    if not plan.effects.branching:
+        none = jnp.zeros(0, jnp.int32)
+        return Record(buffers[0], none, none, jnp.int32(0))
+    return _descend(tables, plan, queue, buffers)
+
+
+def _descend(tables: Tables, plan: Plan, queue, buffers) -> Record:
+    """Take blocks from the front of the queue until it is empty or the room is used up."""
+    room = plan.pass_pixels + plan.capacity
+
+    def waiting(state):
+        start, (_, count) = state[0], state[2]
+        return start < jnp.minimum(count, room)
+
+    def follow_block(state):
+        start, number, (lineage, count), (nodes, arrivals), starts, ends = state
+        end = jnp.minimum(jnp.minimum(start + plan.child_block, count), room)
+        mine = jax.lax.dynamic_slice_in_dim(lineage, start, plan.child_block)
+        parent = mine // 4
+        at = jax.tree.map(lambda a: a[parent], arrivals)
+        origin = Origin(nodes.origin.pixel[parent], nodes.origin.level[parent] + jnp.int8(1), mine)
+        ray, departure = stage(end > start, lambda *a: child_ray(tables, plan, *a), at, mine % 4)
+        followed, at, sends = _follow(tables, plan, ray, departure, origin, end > start)
+        slot = start + jnp.arange(plan.child_block, dtype=jnp.int32)
+        queue = _append(lineage, count, slot, sends, slot < end)
+        buffers = write_block((nodes, arrivals), (followed, at), start)
+        return end, number + 1, queue, buffers, starts.at[number].set(start), ends.at[number].set(end)
+
+    bounds = jnp.zeros(plan.child_blocks, jnp.int32)
+    first = (jnp.int32(plan.pass_pixels), jnp.int32(0), queue, buffers, bounds, bounds)
+    _, _, (_, count), (nodes, _), starts, ends = jax.lax.while_loop(waiting, follow_block, first)
+    return Record(nodes, starts, ends, count - plan.pass_pixels)
+
+
+def _follow(tables: Tables, plan: Plan, ray: Ray, departure: Departure, origin: Origin, needed):
+    """Find the surface that each ray meets: its node, its arrival, and what it sends on."""
+    effects = plan.effects
+    _, object, entering = stage(needed, lambda *a: nearest(tables.shapes, *a), ray, departure)
+    hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, object, entering)
+    outside = containing(tables.shapes, hit.point, plan.solids, but=object) if effects.nested_media else None
+    at = arrival(hit, ray.direction, outside)
+    visible, crossed = _shadows(tables, plan, at, needed)
+    nodes = Nodes(object, entering, outside, visible, crossed, origin)
+    if not effects.branching:
+        return nodes, at, None
+    mirror, through = stage(needed, lambda *a: branches(tables, plan, *a), at, hit)
+    deeper = origin.level < plan.max_depth
+    return nodes, at, (jnp.where(deeper, mirror, 0), through & deeper)
+
+
+def _shadows(tables: Tables, plan: Plan, at: Arrival, needed):
+    """What each light sees of the points."""
+    if not plan.effects.shadows:
+        return (), ()
+    visible, crossed = [], []
+    opaque = tuple(not (plan.effects.tinted_shadows and glass) for glass in plan.transparent)
+    # The shading normal faces the eye, so a lit point sees its light on the side that the ray came from.
+    departure = Departure(at.object, ~at.entering)
+    for light in tables.lights:
+        to_light, distance, _ = stage(needed, light.arriving, at.point)
+        ray = Ray(at.point, to_light)
+        visible.append(stage(needed, lambda *a: sees_light(tables.shapes, *a, opaque), ray, departure, distance))
+        if plan.effects.tinted_shadows:
+            crossed.append(tuple(
+                surfaces_crossed(tables.shapes, ray, departure, distance, objects).astype(jnp.int8)
+                for objects in glass_by_material(plan).values()))
+    return tuple(visible), tuple(crossed)
+
+
+def _any_rays(tables: Tables, count: int):
+    """Rays that only have a shape, to ask what `_follow` gives back."""
+    zero, index = jnp.zeros(count, tables.ambient.dtype), jnp.zeros(count, jnp.int32)
+    point = Vec3(zero, zero, zero)
+    return Ray(point, point), Departure(index, index > 0), Origin(index, index.astype(jnp.int8), index)
+
+
+def glass_by_material(plan: Plan) -> dict[int, tuple[bool, ...]]:
+    """The transparent materials, each with the objects made of it."""
+    materials = sorted({m for m, glass in zip(plan.material_of, plan.transparent, strict=True) if glass})
+    return {m: tuple(g and n == m for n, g in zip(plan.material_of, plan.transparent, strict=True)) for m in materials}
+
+
+def _append(lineage, count, parent, sends, alive):
+    """Append the children of a block to the queue, packed; entries past the room are counted, not kept."""
+    mirror, through = sends
+    branch = jnp.stack([mirror, jnp.where(through, 2, 0)], axis=1).reshape(-1)
+    born = (branch > 0) & jnp.repeat(alive, 2)
+    place = count + jnp.cumsum(born.astype(jnp.int32)) - 1
+    entry = jnp.repeat(parent, 2) * 4 + branch
+    past_the_end = lineage.shape[0]
+    lineage = lineage.at[jnp.where(born, place, past_the_end)].set(entry, mode="drop", unique_indices=True)
+    return lineage, count + born.sum(dtype=jnp.int32)
+
+

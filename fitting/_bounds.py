@@ -1,0 +1,58 @@
+"""Bounds as a change of variable that one can see.
+
+The solver's unknown x is any real number; the coefficient lies between its bounds:
+
+    s = value, log(value) or log(value - 1)          (the coefficient's scale)
+    x = log(t / (1 - t)),   t = (s - s_low) / (s_high - s_low)
+
+so x = 0 is the middle of the bounds (the geometric mean for a log scale), and the forward model is never
+clipped. `slope` is d value / dx, by which the Jacobian in the coefficients becomes the solver's.
+"""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ._unknowns import Unknown
+
+NUDGE = 1e-3
+"""A start on a bound is moved inside by this share of the interval, since x is infinite there."""
+
+_OFFSET = {"interval": None, "log": 0.0, "log-excess": 1.0}
+
+
+class Bounds(eqx.Module):
+    """The change of variable for all unknowns of a fit."""
+
+    low: Float[Array, "p"]
+    high: Float[Array, "p"]
+    scales: tuple[str, ...] = eqx.field(static=True)
+
+    def __init__(self, unknowns: tuple[Unknown, ...], dtype):
+        self.scales = tuple(u.row.scale for u in unknowns)
+        ends = np.asarray([u.bounds for u in unknowns], np.float64)
+        self.low, self.high = jnp.asarray(ends[:, 0], dtype), jnp.asarray(ends[:, 1], dtype)
+
+    def values(self, x: Float[Array, "p"]) -> Float[Array, "p"]:
+        """Coefficients from unknowns."""
+        low, high = self._scaled(self.low), self._scaled(self.high)
+        return self._unscaled(low + (high - low) * jax.nn.sigmoid(x))
+
+    @eqx.filter_jit
+    def unknowns(self, values: Float[Array, "p"]) -> Float[Array, "p"]:
+        """Unknowns from coefficients inside the bounds; one on a bound is nudged inside by `NUDGE`."""
+        low, high = self._scaled(self.low), self._scaled(self.high)
+        share = jnp.clip((self._scaled(values) - low) / (high - low), NUDGE, 1 - NUDGE)
+        return jnp.log(share) - jnp.log1p(-share)
+
+    def slope(self, x: Float[Array, "p"]) -> Float[Array, "p"]:
+        """d value / dx."""
+        return jax.jvp(self.values, (x,), (jnp.ones_like(x),))[1]
+
+    def _scaled(self, values):
+        return jnp.stack([v if (o := _OFFSET[s]) is None else jnp.log(v - o) for v, s in zip(values, self.scales, strict=True)])
+
+    def _unscaled(self, values):
+        return jnp.stack([v if (o := _OFFSET[s]) is None else jnp.exp(v) + o for v, s in zip(values, self.scales, strict=True)])

@@ -1,0 +1,107 @@
+"""The fit: from target pictures to material coefficients with uncertainties."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+
+import jax.numpy as jnp
+import numpy as np
+from scipy.stats import qmc
+
+from diffwhitted._render import FIRST_GUESS
+from diffwhitted.scene import Scene
+from diffwhitted.tree import PIXELS_PER_PASS, decide_effects, make_plan
+
+from ._bounds import Bounds
+from ._errors import FitError
+from ._outcome import outcome, with_runs
+from ._problem import Problem, View, record_view
+from ._result import FitResult, FitStep
+from ._solve import Solver
+from ._target import Target, as_targets
+from ._unknowns import free_coefficients, list_unknowns, start_values
+
+UNIT = 0.01
+"""Unit of the residuals where no noise is given; it sets how bold the solver's first steps are."""
+
+
+def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float] | None = None,
+        bounds: Mapping[str, tuple[float, float]] | None = None, starts: int = 1, samples: int = 1,
+        max_depth: int | None = None, max_steps: int = 100,
+        on_step: Callable[[FitStep], None] | None = None) -> FitResult:
+    """Find the free material coefficients that make the rendered scene equal the targets.
+
+    - `targets`: a picture `(H, W, 3)` in linear Rec. 709 RGB, a `Target` (camera, mask, noise), a mapping from
+      camera names to pictures, or a sequence of targets.
+    - `free`: names "material.coefficient", with wildcards ("*.k_d").
+    - `start`, `bounds`: by name, with wildcards; otherwise the scene's values and the table's bounds.
+    - `starts`: how many starting points to try: the one above, the middle of the bounds, then a Sobol
+      sequence over the bounds. The best end is returned.
+    - `samples`: n x n rays a pixel.
+
+    Minimises the sum over pixels of mask * ((render - target) / noise)^2 with optimistix's
+    Levenberg-Marquardt on forward-mode Jacobians of the replayed ray tree (Levenberg 1944, Marquardt 1963).
+    Standard errors are those of the linearised model with independent noise of one size, given or estimated
+    from the residual. Raises `FitError` for input that cannot be used.
+    """
+    begun = time.perf_counter()
+    targets = as_targets(scene, targets)
+    names, passed_over = free_coefficients(scene, free)
+    unknowns = list_unknowns(scene, names, bounds)
+    first = start_values(scene, unknowns, start)
+    if starts < 1:
+        raise FitError(f"starts = {starts}; allowed is 1 or more")
+    problem, scale = _build(scene, targets, names, unknowns, first, samples, max_depth)
+    solver = Solver(problem)
+    prepared = time.perf_counter() - begun
+    solutions = []
+    for point in _starting_points(first, unknowns, starts):
+        solutions.append(solver.run(point, max_steps=max_steps, on_step=on_step, loss_scale=scale))
+        if solutions[-1].interrupted:
+            break
+    best = min(solutions, key=lambda s: s.loss)
+    effects = tuple((d.name, d.on, d.why) for d in decide_effects(scene, names, max_depth))
+    notes = tuple(f"{name} left as it is: {why}" for name, why in passed_over)
+    result = outcome(scene, targets, problem, first, best, UNIT, effects, notes)
+    return with_runs(result, solutions, prepared + solver.seconds_compile)
+
+
+def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, samples: int, max_depth):
+    """The problem, and the number by which its mean square becomes the sum of squares."""
+    dtype = scene.dtype
+    total = float(sum(3 * (t.mask > 0).sum() for t in targets))
+    moving = any(u.row.moves_rays for u in unknowns)
+    grid = (np.arange(samples) + 0.5) / samples
+    offsets = jnp.asarray([(x, y) for y in grid for x in grid], dtype)
+    views = []
+    for target in targets:
+        camera = scene.cameras[target.camera]
+        room = int(FIRST_GUESS * min(camera.width * camera.height, PIXELS_PER_PASS))
+        plan = make_plan(scene, camera, free=names, max_depth=max_depth, capacity=room)
+        weight = np.sqrt(target.mask) / (UNIT if target.noise is None else target.noise) / np.sqrt(total)
+        while True:
+            view = View(camera, _in_passes(target.image, plan, dtype), _in_passes(weight[..., None], plan, dtype)[:, 0], None, offsets, plan)
+            trees = record_view(scene, unknowns, jnp.asarray(first, dtype), view)
+            needed = int(np.max(trees.descendants))
+            if needed <= plan.capacity:
+                break
+            plan = plan.with_capacity(2 * needed)
+        views.append(View(camera, view.target, view.weight, None if moving else trees, offsets, plan))
+    return Problem(scene, Bounds(unknowns, dtype), tuple(views), unknowns), total
+
+
+def _in_passes(image: np.ndarray, plan, dtype):
+    """(H, W, C) as (passes, C, pixels of a pass), with zeros past the end."""
+    flat = np.asarray(image).reshape(-1, image.shape[-1])
+    padded = np.zeros((plan.passes * plan.pass_pixels, flat.shape[1]), flat.dtype)
+    padded[: len(flat)] = flat
+    return jnp.asarray(padded.reshape(plan.passes, plan.pass_pixels, -1).transpose(0, 2, 1), dtype)
+
+
+def _starting_points(first: np.ndarray, unknowns, starts: int) -> list[np.ndarray]:
+    points = [first]
+    if starts > 1:
+        bounds = Bounds(unknowns, jnp.float32)
+        shares = np.concatenate([np.full((1, len(unknowns)), 0.5),
+                                 qmc.Sobol(len(unknowns), seed=0).random_base2(max(1, (starts - 1).bit_length()))])
+        points += [np.asarray(bounds.values(jnp.asarray(np.log(s) - np.log1p(-s)))) for s in np.clip(shares[: starts - 1], 0.01, 0.99)]
+    return points
