@@ -14,6 +14,7 @@ The precision of a scene is that of its arrays, float32 unless it is made or loa
 """
 
 from ._errors import CapacityError, InputError, SceneError
+from ._explain import Explanation, explain
 from ._render import plan, render
 from .formats import load_scene, parse_scene, save_scene, scene_schema
 from .image import read_image, write_image
@@ -37,7 +38,7 @@ from .tree import Effects, Plan, decide_effects
 
 __all__ = [
     "COEFFICIENTS", "Camera", "CapacityError", "Checker", "ConstantBackground", "DirectionalLight", "Effects",
-    "GradientBackground", "InputError", "Material", "Plan", "Plane", "PointLight", "Polygon", "Scene", "SceneError",
-    "Sphere", "coefficient_value", "decide_effects", "load_scene", "parse_scene", "plan", "read_image", "render",
+    "Explanation", "GradientBackground", "InputError", "Material", "Plan", "Plane", "PointLight", "Polygon", "Scene", "SceneError",
+    "Sphere", "coefficient_value", "decide_effects", "explain", "load_scene", "parse_scene", "plan", "read_image", "render",
     "replace_coefficient", "save_scene", "scene_schema", "write_image",
 ]

@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 
 from ._errors import CapacityError
 from ._vector import Vec3
+from .image import gathered
 from .scene import Camera, Scene, tabulate
 from .scene._checks import is_traced
 from .tree import PIXELS_PER_PASS, Plan, Record, make_plan, record, replay
@@ -65,41 +66,40 @@ def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
     offsets = jnp.asarray((np.arange(samples) + 0.5) / samples, scene.dtype)
     column, row = (g.reshape(-1) for g in jnp.meshgrid(offsets, offsets))
 
-    def one_pass(first):
+    def one_pass(number):
         def one_sample(offset):
-            tree = record(tables, camera, plan, first, offset)
-            return replay(tables, camera, tree, plan, first, offset), tree.descendants
+            tree = record(tables, camera, plan, number, offset)
+            return replay(tables, camera, tree, plan, number, offset).stacked(axis=0), tree.descendants
 
         film, needed = jax.lax.map(one_sample, jnp.stack([column, row], axis=1))
-        return jax.tree.map(lambda c: c.mean(axis=0), film), needed.max()
+        return film.mean(axis=0), needed.max()
 
-    film, needed = jax.lax.map(one_pass, _first_pixels(plan))
-    return developed(film, camera), needed.max()
+    film, needed = jax.lax.map(one_pass, _pass_numbers(plan))
+    return gathered(film, camera.height, camera.width), needed.max()
 
 
 @eqx.filter_jit
 def record_passes(scene: Scene, camera: Camera, plan: Plan, offset=None) -> Record:
     """The recorded trees of all passes, stacked."""
     tables, offset = tabulate(scene), _centre(scene) if offset is None else offset
-    return jax.lax.map(lambda first: record(tables, camera, plan, first, offset), _first_pixels(plan))
+    return jax.lax.map(lambda number: record(tables, camera, plan, number, offset), _pass_numbers(plan))
 
 
 @eqx.filter_jit
-def replay_passes(scene: Scene, camera: Camera, tree: Record, plan: Plan, offset=None) -> Float[Array, "height width 3"]:
+def replay_passes(scene: Scene, camera: Camera, trees: Record, plan: Plan, offset=None) -> Float[Array, "height width 3"]:
     """The image of recorded trees, differentiable in `scene` and `camera`."""
     tables, offset = tabulate(scene), _centre(scene) if offset is None else offset
-    film = jax.lax.map(lambda pass_: replay(tables, camera, pass_[1], plan, pass_[0], offset), (_first_pixels(plan), tree))
-    return developed(film, camera)
+
+    def one_pass(inputs):
+        number, tree = inputs
+        return replay(tables, camera, tree, plan, number, offset).stacked(axis=0)
+
+    film = jax.lax.map(one_pass, (_pass_numbers(plan), trees))
+    return gathered(film, camera.height, camera.width)
 
 
-def developed(film: Vec3, camera: Camera) -> Float[Array, "height width 3"]:
-    """The pixels of all passes as one image."""
-    channels = (c.reshape(-1)[: camera.width * camera.height] for c in (film.x, film.y, film.z))
-    return jnp.stack([c.reshape(camera.height, camera.width) for c in channels], axis=-1)
-
-
-def _first_pixels(plan: Plan):
-    return jnp.arange(plan.passes, dtype=jnp.int32) * plan.pass_pixels
+def _pass_numbers(plan: Plan):
+    return jnp.arange(plan.passes, dtype=jnp.int32)
 
 
 def _centre(scene: Scene):

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from diffwhitted._render import FIRST_GUESS
+from diffwhitted.image import dealt
 from diffwhitted.scene import Scene
 from diffwhitted.tree import PIXELS_PER_PASS, decide_effects, make_plan
 
@@ -79,7 +80,7 @@ def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, sa
         plan = make_plan(scene, camera, free=names, max_depth=max_depth, capacity=room)
         weight = np.sqrt(target.mask) / (UNIT if target.noise is None else target.noise) / np.sqrt(total)
         while True:
-            view = View(camera, _in_passes(target.image, plan, dtype), _in_passes(weight[..., None], plan, dtype)[:, 0], None, offsets, plan)
+            view = View(camera, _dealt(target.image, plan, dtype), _dealt(weight[..., None], plan, dtype)[:, 0], None, offsets, plan)
             trees = record_view(scene, unknowns, jnp.asarray(first, dtype), view)
             needed = int(np.max(trees.descendants))
             if needed <= plan.capacity:
@@ -89,12 +90,8 @@ def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, sa
     return Problem(scene, Bounds(unknowns, dtype), tuple(views), unknowns), total
 
 
-def _in_passes(image: np.ndarray, plan, dtype):
-    """(H, W, C) as (passes, C, pixels of a pass), with zeros past the end."""
-    flat = np.asarray(image).reshape(-1, image.shape[-1])
-    padded = np.zeros((plan.passes * plan.pass_pixels, flat.shape[1]), flat.dtype)
-    padded[: len(flat)] = flat
-    return jnp.asarray(padded.reshape(plan.passes, plan.pass_pixels, -1).transpose(0, 2, 1), dtype)
+def _dealt(image: np.ndarray, plan, dtype):
+    return dealt(jnp.asarray(image, dtype), plan.passes, plan.pass_pixels)
 
 
 def _starting_points(first: np.ndarray, unknowns, starts: int) -> list[np.ndarray]:

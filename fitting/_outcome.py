@@ -6,6 +6,7 @@ from collections import Counter
 import jax.numpy as jnp
 import numpy as np
 
+from diffwhitted.image import gathered
 from diffwhitted.scene import Scene
 
 from ._identifiability import Uncertainty, uncertainty
@@ -103,13 +104,7 @@ def _status(best: Solution, known: Uncertainty, moving: list[str], unknowns) -> 
 
 def _view(target: Target, film: np.ndarray, scene: Scene) -> FitView:
     camera = scene.cameras[target.camera]
-    render = as_image(film, camera)
+    render = np.asarray(gathered(film, camera.height, camera.width))
     used = target.mask > 0
     residual = np.where(used[..., None], render - target.image, 0).astype(np.float32)
     return FitView(target.camera, target.image.astype(np.float32), render.astype(np.float32), residual, target.mask.astype(np.float32))
-
-
-def as_image(film: np.ndarray, camera) -> np.ndarray:
-    """The passes (passes, 3, pixels) of a view as an image (H, W, 3)."""
-    flat = film.transpose(0, 2, 1).reshape(-1, 3)[: camera.width * camera.height]
-    return flat.reshape(camera.height, camera.width, 3)

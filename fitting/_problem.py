@@ -67,32 +67,32 @@ def factorise(problem: Problem, values: Float[Array, "p"]):
     count = len(problem.unknowns)
     factor, films = jnp.zeros((count + 1, count + 1), values.dtype), []
     for view in problem.views:
-        firsts = jnp.arange(view.plan.passes, dtype=jnp.int32) * view.plan.pass_pixels
+        numbers = jnp.arange(view.plan.passes, dtype=jnp.int32)
         trees = view.trees if view.trees is not None else record_view(problem.scene, problem.unknowns, values, view)
 
         def one_pass(factor, inputs, view=view):
-            first, target, weight, tree = inputs
+            number, target, weight, tree = inputs
 
             def film(values):
-                return pass_film(insert(problem.scene, problem.unknowns, values), view, tree, first)
+                return pass_film(insert(problem.scene, problem.unknowns, values), view, tree, number)
 
             seen, columns = _value_and_columns(film, values)
             residual = (seen - target) * weight
             rows = jnp.concatenate([columns * weight, residual[None]]).reshape(count + 1, -1)
             return _updated(factor, rows), seen
 
-        factor, film = jax.lax.scan(one_pass, factor, (firsts, view.target, view.weight[:, None, :], _by_pass(trees)))
+        factor, film = jax.lax.scan(one_pass, factor, (numbers, view.target, view.weight[:, None, :], _by_pass(trees)))
         films.append(film)
     return factor, tuple(films)
 
 
-def pass_film(scene: Scene, view: View, trees: Record, first) -> Float[Array, "3 pixels"]:
+def pass_film(scene: Scene, view: View, trees: Record, number) -> Float[Array, "3 pixels"]:
     """The pixels of one pass, averaged over the samples."""
     tables = tabulate(scene)
 
     def one_sample(sample):
         tree, offset = sample
-        film = replay(tables, view.camera, tree, view.plan, first, offset)
+        film = replay(tables, view.camera, tree, view.plan, number, offset)
         return jnp.stack([film.x, film.y, film.z])
 
     return jax.lax.map(one_sample, (trees, view.offsets)).mean(axis=0)
@@ -102,10 +102,10 @@ def pass_film(scene: Scene, view: View, trees: Record, first) -> Float[Array, "3
 def record_view(scene: Scene, unknowns: tuple[Unknown, ...], values, view: View) -> Record:
     """The trees of a view at these coefficients, stacked (samples, passes)."""
     tables = tabulate(insert(scene, unknowns, jax.lax.stop_gradient(values)))
-    firsts = jnp.arange(view.plan.passes, dtype=jnp.int32) * view.plan.pass_pixels
+    numbers = jnp.arange(view.plan.passes, dtype=jnp.int32)
 
     def one_sample(offset):
-        return jax.lax.map(lambda first: record(tables, view.camera, view.plan, first, offset), firsts)
+        return jax.lax.map(lambda number: record(tables, view.camera, view.plan, number, offset), numbers)
 
     return jax.lax.map(one_sample, view.offsets)
 

@@ -15,17 +15,24 @@ from ._display import (
     display_codes,
     encode_for_display,
 )
-from ._files import ImageError, ImageFile, read_image, read_mask, write_image
+from ._faults import ImageError
+from ._film import dealt, gathered
+from ._reading import ImageFile, read_image, read_mask
+from ._writing import ImageFormat, check_writable, write_image
 
 __all__ = [
     "ClippedPixels",
     "ImageError",
     "ImageFile",
+    "ImageFormat",
+    "check_writable",
     "ciede2000",
     "count_clipped",
+    "dealt",
     "decode_from_display",
     "display_codes",
     "encode_for_display",
+    "gathered",
     "read_image",
     "read_mask",
     "write_image",

@@ -14,6 +14,7 @@ from jaxtyping import Float
 
 LINEAR = "linear Rec.709"
 SRGB = "sRGB"
+PRIMARIES = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # ITU-R BT.709-6, items 1.3 and 1.4
 
 # Names of colour spaces as OpenImageIO reports them, in lower case. A PNG that states only a gamma
 # of 1/2.2 is what writers of sRGB put for old readers, so it is read with the sRGB curve.

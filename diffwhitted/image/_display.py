@@ -100,14 +100,19 @@ def ciede2000(
     return lab_difference(lab(a), lab(b))
 
 
+def check_exposure(exposure: float) -> None:
+    """Raises ValueError for an exposure outside its interval."""
+    if not abs(exposure) <= _LARGEST_EXPOSURE:
+        limit = _LARGEST_EXPOSURE
+        raise ValueError(f"exposure = {exposure}: allowed are {-limit:g} to {limit:g} stops; try 0")
+
+
 def _exposed(pixels: Float[np.ndarray, "*shape"], exposure: float) -> Float[np.ndarray, "*shape"]:
     """2^exposure times the pixels, in float64."""
     pixels = np.asarray(pixels)
     if not np.issubdtype(pixels.dtype, np.floating):
         raise TypeError(f"pixels are floats of linear light, not {pixels.dtype}; try decode_from_display first")
-    if not abs(exposure) <= _LARGEST_EXPOSURE:
-        limit = _LARGEST_EXPOSURE
-        raise ValueError(f"exposure = {exposure}: allowed are {-limit:g} to {limit:g} stops; try 0")
+    check_exposure(exposure)
     return pixels.astype(np.float64) * 2.0**exposure
 
 

@@ -62,6 +62,10 @@ class Plan:
         """Length of the arrays that hold all rays of a pass, with one block to spare at the end."""
         return self.pass_pixels + self.capacity + (self.child_block if self.capacity else 0)
 
+    def picture_pixel(self, number, pixel):
+        """Which pixel of the picture, counted row by row, is `pixel` of pass `number` (see `image.dealt`)."""
+        return number + pixel * self.passes
+
     def with_capacity(self, rays: int) -> "Plan":
         """The same plan with room for `rays` rays (other than camera rays) a pass, in whole blocks."""
         if not self.effects.branching:

@@ -51,34 +51,35 @@ class Record(eqx.Module):
 
     nodes: Nodes
     starts: Int[Array, "blocks"]
-    """First node of each block of descendants, in the order in which the blocks were followed."""
+    """First node of each block of descendants, in the order in which the blocks were followed. Blocks that
+    were not needed start, and end, in the spare room past all nodes."""
     ends: Int[Array, "blocks"]
     descendants: Int[Array, ""]
     """How many there are; more than the plan's capacity means that some were not followed."""
 
 
-def record(tables: Tables, camera: Camera, plan: Plan, first_pixel: Int[Array, ""], offset: Float[Array, "2"]) -> Record:
-    """The tree of the pass that starts at `first_pixel`, through `offset` inside each pixel."""
+def record(tables: Tables, camera: Camera, plan: Plan, number: Int[Array, ""], offset: Float[Array, "2"]) -> Record:
+    """The tree of pass `number`, through `offset` inside each pixel."""
     tables, camera, offset = jax.lax.stop_gradient((tables, camera, offset))
     pixels = camera.width * camera.height
     lineage = jnp.zeros(plan.slots + plan.child_block, jnp.int32)
 
-    def camera_block(carry, number):
+    def camera_block(carry, start):
         (lineage, count), buffers = carry
-        pixel = number * plan.block + jnp.arange(plan.block, dtype=jnp.int32)
-        inside = first_pixel + pixel < pixels
-        ray = stage(inside[0], camera.pixel_rays, jnp.minimum(first_pixel + pixel, pixels - 1), offset)
+        pixel = start + jnp.arange(plan.block, dtype=jnp.int32)
+        inside = plan.picture_pixel(number, pixel) < pixels
+        ray = stage(inside[0], camera.pixel_rays, jnp.minimum(plan.picture_pixel(number, pixel), pixels - 1), offset)
         departure = Departure(jnp.full(pixel.shape, NOTHING, jnp.int32), jnp.zeros(pixel.shape, bool))
         origin = Origin(pixel, jnp.ones(pixel.shape, jnp.int8), jnp.zeros_like(pixel))
         nodes, at, sends = _follow(tables, plan, ray, departure, origin, inside[0])
         if plan.effects.branching:
             lineage, count = _append(lineage, count, pixel, sends, inside)
-        return ((lineage, count), write_block(buffers, (nodes, at), number * plan.block)), None
+        return ((lineage, count), write_block(buffers, (nodes, at), start)), None
 
     shapes = jax.eval_shape(lambda: _follow(tables, plan, *_any_rays(tables, plan.block), jnp.bool_(True))[:2])
     buffers = empty_buffers(shapes, plan.slots)
-    numbers = jnp.arange(plan.blocks, dtype=jnp.int32)
-    (queue, buffers), _ = jax.lax.scan(camera_block, ((lineage, jnp.int32(plan.pass_pixels)), buffers), numbers)
+    starts = jnp.arange(plan.blocks, dtype=jnp.int32) * plan.block
+    (queue, buffers), _ = jax.lax.scan(camera_block, ((lineage, jnp.int32(plan.pass_pixels)), buffers), starts)
     if not plan.effects.branching:
         none = jnp.zeros(0, jnp.int32)
         return Record(buffers[0], none, none, jnp.int32(0))
@@ -107,7 +108,7 @@ def _descend(tables: Tables, plan: Plan, queue, buffers) -> Record:
         buffers = write_block((nodes, arrivals), (followed, at), start)
         return end, number + 1, queue, buffers, starts.at[number].set(start), ends.at[number].set(end)
 
-    bounds = jnp.zeros(plan.child_blocks, jnp.int32)
+    bounds = jnp.full(plan.child_blocks, room, jnp.int32)
     first = (jnp.int32(plan.pass_pixels), jnp.int32(0), queue, buffers, bounds, bounds)
     _, _, (_, count), (nodes, _), starts, ends = jax.lax.while_loop(waiting, follow_block, first)
     return Record(nodes, starts, ends, count - plan.pass_pixels)

@@ -4,6 +4,8 @@ A node carries its throughput, the product of coefficients on the way to it, and
 colour to its pixel. There is no pass back up the tree. Forward and reverse mode both work.
 """
 
+from functools import partial
+
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
@@ -18,20 +20,21 @@ from ._record import Nodes, Record
 from ._stage import empty_buffers, read_block, stage, write_block
 
 
-def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, first_pixel: Int[Array, ""],
+def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, number: Int[Array, ""],
            offset: Float[Array, "2"]) -> Vec3:
-    """Linear RGB of the pixels of one pass, three arrays of shape (plan.pass_pixels,).
+    """Linear RGB of the pixels of pass `number`, three arrays of shape (plan.pass_pixels,).
 
     Differentiable in `tables` and `camera`, along the recorded tree.
     """
     pixels = camera.width * camera.height
     one = jnp.ones(plan.slots, tables.ambient.dtype)
 
-    @jax.checkpoint
+    @partial(jax.checkpoint, prevent_cse=False)
     def visit_camera_rays(nodes: Nodes):
-        needed = first_pixel + nodes.origin.pixel[0] < pixels
-        pixel = jnp.minimum(first_pixel + nodes.origin.pixel, pixels - 1)
-        return _visit(tables, plan, nodes, stage(needed, camera.pixel_rays, pixel, offset), needed)
+        pixel = plan.picture_pixel(number, nodes.origin.pixel)
+        needed = pixel[0] < pixels
+        ray = stage(needed, camera.pixel_rays, jnp.minimum(pixel, pixels - 1), offset)
+        return _visit(tables, plan, nodes, ray, needed)
 
     def camera_block(carry, start):
         film, arrivals = carry
@@ -50,7 +53,7 @@ def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, first_pix
 def _descend(tables: Tables, plan: Plan, record: Record, film: Vec3, state: tuple[Arrival, Vec3]) -> Vec3:
     """The blocks of descendants, in the order in which they were recorded; `state` is arrivals and throughputs."""
 
-    @jax.checkpoint
+    @partial(jax.checkpoint, prevent_cse=False)
     def visit_children(nodes: Nodes, at: Arrival, throughput: Vec3, alive):
         branch = nodes.origin.lineage % 4
         ray, _ = stage(alive[0], lambda *a: child_ray(tables, plan, *a), at, branch)
@@ -60,18 +63,13 @@ def _descend(tables: Tables, plan: Plan, record: Record, film: Vec3, state: tupl
         return where(alive, added, added * 0), (arrived, throughput)
 
     def child_block(carry, bounds):
-        start, end = bounds
-
-        def follow(carry):
-            film, state = carry
-            nodes = read_block(record.nodes, start, plan.child_block)
-            at, throughput = jax.tree.map(lambda a: a[nodes.origin.lineage // 4], state)
-            alive = start + jnp.arange(plan.child_block) < end
-            added, arrived = visit_children(nodes, at, throughput, alive)
-            film = jax.tree.map(lambda f, a: f.at[nodes.origin.pixel].add(a), film, added)
-            return film, write_block(state, arrived, start)
-
-        return jax.lax.cond(end > start, follow, lambda carry: carry, carry), None
+        (film, state), (start, end) = carry, bounds
+        nodes = read_block(record.nodes, start, plan.child_block)
+        at, throughput = jax.tree.map(lambda a: a[nodes.origin.lineage // 4], state)
+        alive = start + jnp.arange(plan.child_block) < end
+        added, arrived = visit_children(nodes, at, throughput, alive)
+        film = jax.tree.map(lambda f, a: f.at[nodes.origin.pixel].add(a), film, added)
+        return (film, write_block(state, arrived, start)), None
 
     (film, _), _ = jax.lax.scan(child_block, (film, state), (record.starts, record.ends))
     return film

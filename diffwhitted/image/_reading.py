@@ -1,37 +1,27 @@
-"""Image files in and out, all through OpenImageIO.
+"""Image files in, all through OpenImageIO.
 
 In memory: linear Rec.709, straight (not premultiplied) alpha, row 0 on top. In the file: whatever the
 format holds. Every failure is an `ImageError` of one sentence, and nothing is printed.
 """
 
-import json
 import os
-import secrets
-import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio
 from jaxtyping import Float
 
-from .._errors import InputError
-from ._colour import SRGB, curve_of, decode_srgb, pick_channels
-from ._display import decode_from_display, display_codes
+from ._colour import PRIMARIES, SRGB, curve_of, decode_srgb, pick_channels
+from ._display import decode_from_display
+from ._faults import ImageError, one_line, refuse, utf8
 
 _KINDS = {"openexr": "OpenEXR", "hdr": "Radiance", "tiff": "TIFF", "png": "PNG", "jpeg": "JPEG"}
 _MOST_PIXELS = 2**27  # a broken header may claim any size
-_REC709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)  # ITU-R BT.709-6, items 1.3 and 1.4
-_FLOAT32 = float(np.finfo(np.float32).max)
 _TERMINAL = threading.Lock()
-
-
-class ImageError(InputError):
-    """An image file, or the pixels for one, cannot be used: which one, why, and what to try."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,33 +39,6 @@ class ImageFile:
     path: Path
     colour_space: str
     notes: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class _Format:
-    """What a format holds: display codes of so many bits, or (0) linear floats in an interval."""
-
-    # libpng and libjpeg speak to the terminal about a longer side, or end the program.
-    side: int = 2**24
-    bits: int = 0
-    interval: tuple[float, float] = (-_FLOAT32, _FLOAT32)
-    finite: bool = True
-    alpha: bool = True
-    settings: dict[str, Any] = field(default_factory=dict)
-
-
-_EXR = _Format(finite=False, settings={"compression": "zip"})
-_TIFF = _Format(finite=False, settings={"compression": "zip", "tiff:write_exif": 0})
-_JPEG = _Format(side=65_500, bits=8, alpha=False, settings={"CompressionQuality": 95, "jpeg:subsampling": "4:4:4"})
-_WRITTEN = {
-    ".exr": _EXR,
-    ".hdr": _Format(interval=(0.0, 1.7e38), alpha=False),
-    ".tif": _TIFF,
-    ".tiff": _TIFF,
-    ".png": _Format(side=1_000_000, bits=16, settings={"png:compressionLevel": 3}),
-    ".jpg": _JPEG,
-    ".jpeg": _JPEG,
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,51 +104,8 @@ def read_mask(path: str | os.PathLike) -> Float[np.ndarray, "height width"]:
     if stored.alpha is not None and not stored.premultiplied:
         mask = mask * _unit(stored.alpha)
     bad = ~((mask >= -1e-4) & (mask <= 1.0001))
-    _refuse(path, bad, "are outside [0, 1] or not a number; a mask is 1 where a pixel counts")
+    refuse(path, bad, "are outside [0, 1] or not a number; a mask is 1 where a pixel counts")
     return np.clip(mask, 0, 1)
-
-
-def write_image(
-    path: str | os.PathLike,
-    pixels: Float[np.ndarray, "height width 3"],
-    *,
-    metadata: dict[str, Any] | None = None,
-    exposure: float = 0.0,
-    half: bool = False,
-    alpha: Float[np.ndarray, "height width"] | None = None,
-) -> None:
-    """Writes linear Rec.709 pixels in the format that the extension names, whole or not at all.
-
-    .exr .hdr .tif .tiff hold linear 32 bit floats (a .hdr shares one exponent among three 8 bit
-    mantissas); .png holds 16 bit and .jpg .jpeg 8 bit codes of the display transform.
-
-    pixels: (height, width, 3) floats; NaN and infinity only in .exr and .tif.
-    metadata: a JSON object in ImageDescription; its "Software" becomes the Software. A .hdr keeps none.
-    exposure: stops, for .png and .jpg. half: 16 bit floats, for .exr.
-    alpha: (height, width) in [0, 1], for .exr, .tif and .png. An .exr stores pixels premultiplied,
-    so colour under alpha 0 is lost there; the others store it straight.
-
-    Raises ImageError when the pixels do not fit the format or the file cannot be written; a file
-    that was there before is then as it was.
-    """
-    path = Path(path)
-    extension = path.suffix.lower()
-    if extension not in _WRITTEN:
-        raise ImageError(f"{path}: cannot write the extension {extension!r}; use one of {' '.join(_WRITTEN)}.")
-    form = _WRITTEN[extension]
-    if half and form is not _EXR:
-        raise ImageError(f"{path}: half = True is for .exr; leave it out, or write .exr.")
-    if exposure and not form.bits:
-        raise ImageError(f"{path}: exposure = {exposure} is for display, {extension} is linear; use 0, or .png.")
-    stored = _checked(path, pixels, replace(form, interval=(-65504.0, 65504.0)) if half else form)
-    if form.bits:
-        try:
-            stored = display_codes(stored, form.bits, exposure=exposure)
-        except ValueError as error:
-            raise ImageError(f"{path}: {error}.") from None
-    if alpha is not None:
-        stored = _with_alpha(path, stored, alpha, form)
-    _write_whole(path, _described(path, stored, form, half, metadata or {}), stored)
 
 
 def _load(path: Path, layer: str | None) -> _Stored:
@@ -202,14 +122,14 @@ def _load(path: Path, layer: str | None) -> _Stored:
     except ImageError:
         raise
     except (OSError, ValueError, RuntimeError, MemoryError) as error:
-        raise ImageError(f"{path}: cannot be read ({_one_line(error)}); check the file, or write it anew.") from None
+        raise ImageError(f"{path}: cannot be read ({one_line(error)}); check the file, or write it anew.") from None
 
 
 def _decoded(path: Path, layer: str | None) -> _Stored:
     """The numbers of the first image in the file, cut to its display window and turned upright."""
     wish = oiio.ImageSpec()
     wish.attribute("oiio:UnassociatedAlpha", 1)
-    source = oiio.ImageInput.open(_utf8(path), wish)
+    source = oiio.ImageInput.open(utf8(path), wish)
     if source is None:
         raise OSError(oiio.geterror() or "of no known kind")
     try:
@@ -253,7 +173,7 @@ def _decoded(path: Path, layer: str | None) -> _Stored:
 def _colour_tag(spec: oiio.ImageSpec) -> str:
     """The colour space that the file states, "" if none; primaries other than Rec.709 come first."""
     primaries = spec.getattribute("chromaticities")
-    if primaries is not None and not np.allclose(primaries, _REC709, rtol=0, atol=2e-3):
+    if primaries is not None and not np.allclose(primaries, PRIMARIES, rtol=0, atol=2e-3):
         return f"chromaticities {', '.join(f'{x:.4g}' for x in primaries)}"
     return spec.get_string_attribute("oiio:ColorSpace")
 
@@ -302,115 +222,6 @@ def _unit(values: np.ndarray) -> Float[np.ndarray, "..."]:
     if np.issubdtype(values.dtype, np.integer):
         return (values / np.iinfo(values.dtype).max).astype(np.float32)
     return values.astype(np.float32)
-
-
-def _checked(path: Path, pixels: np.ndarray, form: _Format) -> Float[np.ndarray, "height width 3"]:
-    """The pixels as float32, if the format can hold them."""
-    pixels = np.asarray(pixels)
-    if pixels.ndim != 3 or pixels.shape[2] != 3 or 0 in pixels.shape:
-        raise ImageError(f"{path}: pixels of shape {pixels.shape}; allowed is (height, width, 3), none of them 0.")
-    if not np.issubdtype(pixels.dtype, np.floating):
-        raise ImageError(f"{path}: pixels of type {pixels.dtype}; allowed are floats. Try decode_from_display.")
-    if max(pixels.shape) > form.side:
-        size = f"{pixels.shape[1]} x {pixels.shape[0]}"
-        raise ImageError(f"{path}: {size} pixels; at most {form.side} a side are allowed. Try .exr.")
-    pixels = pixels.astype(np.float64)
-    finite = np.isfinite(pixels)
-    if form.finite:
-        _refuse(path, ~finite.all(axis=2), "are not finite, as they must be here; find the cause, or use .exr")
-    low, high = form.interval
-    outside = (finite & ((pixels < low) | (pixels > high))).any(axis=2)
-    _refuse(path, outside, f"are outside [{low:g}, {high:g}], all it holds; scale them, or use a float .exr")
-    return pixels.astype(np.float32)
-
-
-def _with_alpha(path: Path, stored: np.ndarray, alpha: np.ndarray, form: _Format) -> np.ndarray:
-    """Stored pixels with alpha as the fourth channel, premultiplied where the format is."""
-    alpha = np.asarray(alpha)
-    if not form.alpha:
-        raise ImageError(f"{path}: {path.suffix} holds no alpha; leave it out, or write .exr, .tif or .png.")
-    if alpha.shape != stored.shape[:2]:
-        raise ImageError(f"{path}: alpha of shape {alpha.shape}; allowed is {stored.shape[:2]}, that of the pixels.")
-    _refuse(path, ~((alpha >= 0) & (alpha <= 1)), "have alpha outside [0, 1] or not a number; 1 is opaque")
-    if form is _EXR:
-        with np.errstate(invalid="ignore"):
-            stored = np.where(alpha[..., None] > 0, stored * alpha[..., None], 0)
-    if form.bits:
-        alpha = np.rint(alpha * np.iinfo(stored.dtype).max)
-    return np.concatenate([stored, alpha[..., None]], axis=2).astype(stored.dtype if form.bits else np.float32)
-
-
-def _described(path: Path, stored: np.ndarray, form: _Format, half: bool, metadata: dict[str, Any]) -> oiio.ImageSpec:
-    """What the file will say of itself."""
-    number = {"float32": "half" if half else "float"}.get(stored.dtype.name, stored.dtype.name)
-    spec = oiio.ImageSpec(stored.shape[1], stored.shape[0], stored.shape[2], number)
-    about = dict(metadata)
-    software = str(about.pop("Software", "diffwhitted"))
-    description = json.dumps(about, default=str) if about else ""
-    # libjpeg ends the whole program on a longer one.
-    if form is _JPEG and len((software + description).encode()) > 60_000:
-        raise ImageError(f"{path}: metadata too long for a JPEG, which holds 60000 bytes; leave some out, or use .png.")
-    spec.attribute("Software", software)
-    if description:
-        spec.attribute("ImageDescription", description)
-    spec.attribute("oiio:ColorSpace", "srgb_rec709_scene" if form.bits else "lin_rec709_scene")
-    spec.attribute("oiio:UnassociatedAlpha", int(form is not _EXR))
-    if form is _EXR:
-        spec.attribute("chromaticities", oiio.TypeDesc("float[8]"), _REC709)
-    for name, value in form.settings.items():
-        spec.attribute(name, value)
-    return spec
-
-
-def _refuse(path: Path, bad: np.ndarray, problem: str) -> None:
-    """Raises ImageError when any pixel of the map is bad, saying how many and where the first is."""
-    if bad.any():
-        row, column = np.argwhere(bad)[0]
-        which = f"{bad.sum()} of {bad.size} pixels, the first in row {row} and column {column}"
-        raise ImageError(f"{path}: {which}, {problem}.")
-
-
-def _write_whole(path: Path, spec: oiio.ImageSpec, stored: np.ndarray) -> None:
-    """Writes beside the target under another name and renames: the target is whole or untouched."""
-    temporary = None
-    try:
-        target = Path(os.path.realpath(path))
-        if not target.parent.is_dir():
-            raise ImageError(f"{path}: the folder {target.parent} does not exist; make it first.")
-        if target.is_dir():
-            raise ImageError(f"{path}: a folder; give the name of a file.")
-        if not os.access(target.parent, os.W_OK) or (target.exists() and not os.access(target, os.W_OK)):
-            raise ImageError(f"{path}: no permission to write there; choose another name or folder.")
-        # libjpeg ends the whole program when the disk is full, so there must be room before it starts.
-        if shutil.disk_usage(target.parent).free < 2 * stored.nbytes + 2**16:
-            raise ImageError(f"{path}: the disk is nearly full; make room for {2 * stored.nbytes + 2**16} bytes.")
-        temporary = target.with_name(f".{secrets.token_hex(8)}{path.suffix.lower()}")
-        output = oiio.ImageOutput.create(_utf8(temporary))
-        if output is None:
-            raise OSError(oiio.geterror())
-        done = output.open(_utf8(temporary), spec) and output.write_image(stored)
-        done = output.close() and done
-        if (complaint := output.geterror()) or not done:
-            raise OSError(complaint or "no reason given")
-        os.replace(temporary, target)
-    except ImageError:
-        raise
-    except (OSError, ValueError, RuntimeError) as error:
-        raise ImageError(f"{path}: cannot be written ({_one_line(error)}); check the disk and the folder.") from None
-    finally:
-        if temporary is not None:
-            temporary.unlink(missing_ok=True)
-
-
-def _utf8(path: Path) -> str:
-    """The path as OpenImageIO takes it; UnicodeEncodeError for a name that is not UTF-8."""
-    return os.fspath(path).encode().decode()
-
-
-def _one_line(error: BaseException) -> str:
-    """The reason that an error gives, without line breaks."""
-    reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
-    return " ".join(reason.split()).rstrip(".")
 
 
 @contextmanager
