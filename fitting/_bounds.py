@@ -30,10 +30,10 @@ class Bounds(eqx.Module):
     high: Float[Array, "p"]
     scales: tuple[str, ...] = eqx.field(static=True)
 
-    def __init__(self, unknowns: tuple[Unknown, ...], dtype):
+    def __init__(self, unknowns: tuple[Unknown, ...]):
         self.scales = tuple(u.row.scale for u in unknowns)
         ends = np.asarray([u.bounds for u in unknowns], np.float64)
-        self.low, self.high = jnp.asarray(ends[:, 0], dtype), jnp.asarray(ends[:, 1], dtype)
+        self.low, self.high = jnp.asarray(ends[:, 0], float), jnp.asarray(ends[:, 1], float)
 
     def values(self, x: Float[Array, "p"]) -> Float[Array, "p"]:
         """Coefficients from unknowns."""

@@ -87,7 +87,7 @@ def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, sa
                 break
             plan = plan.with_capacity(2 * needed)
         views.append(View(camera, view.target, view.weight, None if moving else trees, offsets, plan))
-    return Problem(scene, Bounds(unknowns, dtype), tuple(views), unknowns), total
+    return Problem(scene, Bounds(unknowns), tuple(views), unknowns), total
 
 
 def _dealt(image: np.ndarray, plan, dtype):
@@ -97,7 +97,7 @@ def _dealt(image: np.ndarray, plan, dtype):
 def _starting_points(first: np.ndarray, unknowns, starts: int) -> list[np.ndarray]:
     points = [first]
     if starts > 1:
-        bounds = Bounds(unknowns, jnp.float32)
+        bounds = Bounds(unknowns)
         shares = np.concatenate([np.full((1, len(unknowns)), 0.5),
                                  qmc.Sobol(len(unknowns), seed=0).random_base2(max(1, (starts - 1).bit_length()))])
         points += [np.asarray(bounds.values(jnp.asarray(np.log(s) - np.log1p(-s)))) for s in np.clip(shares[: starts - 1], 0.01, 0.99)]

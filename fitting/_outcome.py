@@ -66,10 +66,19 @@ def _coefficient(i: int, unknown: Unknown, best: Solution, start, known: Uncerta
     return FittedCoefficient(
         name=unknown.name, symbol=unknown.row.symbol, value=float(best.values[i]), start=float(start[i]),
         standard_error=float(known.standard_error[i]) if sure else None,
-        interval_95=tuple(map(float, known.interval[i])) if sure else None,
+        interval_95=_interval(known.interval[i], unknown, at_bound[i]) if sure else None,
         identifiable=sure, seen=bool(known.seen[i]), confounded_with=tuple(unknowns[j].name for j in known.confounded[i]),
         at_bound=bool(at_bound[i]), bounds=unknown.bounds, unit=unknown.row.unit,
     )
+
+
+def _interval(ends: np.ndarray, unknown: Unknown, at_bound: bool) -> tuple[float, float]:
+    """The 95 % interval; of a coefficient on its bound it reaches to that bound."""
+    low, high = map(float, ends)
+    if not at_bound:
+        return low, high
+    lowest, highest = unknown.bounds
+    return (lowest, high) if low - lowest < highest - high else (low, highest)
 
 
 def _on_bound(values: np.ndarray, unknowns: tuple[Unknown, ...]) -> np.ndarray:

@@ -63,8 +63,12 @@ def _compressed_jvp(primals, tangents):
 
 @eqx.filter_jit
 def factorise(problem: Problem, values: Float[Array, "p"]):
-    """The triangular factor of [J r] in the coefficients, (p + 1, p + 1), and the films of the views."""
-    count = len(problem.unknowns)
+    """The triangular factor of [J r] in the coefficients, (p + 1, p + 1), and the films of the views.
+
+    The pictures are in the precision of the scene, the factor in that of `values`.
+    """
+    count, precision = len(problem.unknowns), values.dtype
+    values = values.astype(problem.scene.dtype)
     factor, films = jnp.zeros((count + 1, count + 1), values.dtype), []
     for view in problem.views:
         numbers = jnp.arange(view.plan.passes, dtype=jnp.int32)
@@ -83,7 +87,7 @@ def factorise(problem: Problem, values: Float[Array, "p"]):
 
         factor, film = jax.lax.scan(one_pass, factor, (numbers, view.target, view.weight[:, None, :], _by_pass(trees)))
         films.append(film)
-    return factor, tuple(films)
+    return factor.astype(precision), tuple(films)
 
 
 def pass_film(scene: Scene, view: View, trees: Record, number) -> Float[Array, "3 pixels"]:

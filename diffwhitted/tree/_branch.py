@@ -36,7 +36,7 @@ def arrival(hit: Hit, direction: Vec3, outside) -> Arrival:
 def branches(tables: Tables, plan: Plan, at: Arrival, hit: Hit) -> tuple[Int[Array, "n"], Bool[Array, "n"]]:
     """The mirror child (0 for none, else MIRROR or TOTAL) and whether there is a transmitted child."""
     there = at.object >= 0
-    mirror = jnp.where(there & _flags(plan.mirrors, at.object), MIRROR, 0)
+    mirror = jnp.where(there & _flags(plan.mirrors, at.object), jnp.int32(MIRROR), 0)
     if not plan.effects.refraction:
         return mirror, jnp.zeros_like(there)
     through = there & _flags(plan.transparent, at.object)
@@ -44,7 +44,7 @@ def branches(tables: Tables, plan: Plan, at: Arrival, hit: Hit) -> tuple[Int[Arr
         total = through & (refraction_radicand(facing(hit, at.direction), _eta(tables, at)) < 0)
         through = through & ~total
         if plan.total_reflection_is_full:
-            mirror = jnp.where(total, TOTAL, mirror)
+            mirror = jnp.where(total, jnp.int32(TOTAL), mirror)
     return mirror, through
 
 

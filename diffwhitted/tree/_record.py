@@ -15,7 +15,7 @@ from .._vector import Vec3
 from ..geometry import NOTHING, Departure, Ray, containing, nearest, surface_at
 from ..illumination import sees_light, surfaces_crossed
 from ..scene import Camera, Tables
-from ._branch import Arrival, arrival, branches, child_ray
+from ._branch import TRANSMITTED, Arrival, arrival, branches, child_ray
 from ._plan import Plan
 from ._stage import empty_buffers, stage, write_block
 
@@ -165,9 +165,9 @@ def glass_by_material(plan: Plan) -> dict[int, tuple[bool, ...]]:
 def _append(lineage, count, parent, sends, alive):
     """Append the children of a block to the queue, packed; entries past the room are counted, not kept."""
     mirror, through = sends
-    branch = jnp.stack([mirror, jnp.where(through, 2, 0)], axis=1).reshape(-1)
+    branch = jnp.stack([mirror, jnp.where(through, jnp.int32(TRANSMITTED), 0)], axis=1).reshape(-1)
     born = (branch > 0) & jnp.repeat(alive, 2)
-    place = count + jnp.cumsum(born.astype(jnp.int32)) - 1
+    place = count + jnp.cumsum(born, dtype=jnp.int32) - 1
     entry = jnp.repeat(parent, 2) * 4 + branch
     past_the_end = lineage.shape[0]
     lineage = lineage.at[jnp.where(born, place, past_the_end)].set(entry, mode="drop", unique_indices=True)

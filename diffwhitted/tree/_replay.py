@@ -63,13 +63,18 @@ def _descend(tables: Tables, plan: Plan, record: Record, film: Vec3, state: tupl
         return where(alive, added, added * 0), (arrived, throughput)
 
     def child_block(carry, bounds):
-        (film, state), (start, end) = carry, bounds
-        nodes = read_block(record.nodes, start, plan.child_block)
-        at, throughput = jax.tree.map(lambda a: a[nodes.origin.lineage // 4], state)
-        alive = start + jnp.arange(plan.child_block) < end
-        added, arrived = visit_children(nodes, at, throughput, alive)
-        film = jax.tree.map(lambda f, a: f.at[nodes.origin.pixel].add(a), film, added)
-        return (film, write_block(state, arrived, start)), None
+        start, end = bounds
+
+        def follow(carry):
+            film, state = carry
+            nodes = read_block(record.nodes, start, plan.child_block)
+            at, throughput = jax.tree.map(lambda a: a[nodes.origin.lineage // 4], state)
+            alive = start + jnp.arange(plan.child_block) < end
+            added, arrived = visit_children(nodes, at, throughput, alive)
+            film = jax.tree.map(lambda f, a: f.at[nodes.origin.pixel].add(a), film, added)
+            return film, write_block(state, arrived, start)
+
+        return jax.lax.cond(end > start, follow, lambda carry: carry, carry), None
 
     (film, _), _ = jax.lax.scan(child_block, (film, state), (record.starts, record.ends))
     return film

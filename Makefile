@@ -1,0 +1,32 @@
+# make demo   make the environment, fit the example, say where the report is
+# make test   make the environment, run all tests
+# make benchmark   measure speed and memory against the stated targets
+
+VENV := .venv
+PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python3.14; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
+READY := $(VENV)/ready
+
+.PHONY: demo test benchmark clean
+
+demo: $(READY)
+	@$(VENV)/bin/diffwhitted fit examples/three_spheres.toml --target examples/three_spheres_povray.exr \
+		--free 'glass.k_*' --free 'mirror.k_*' --free 'green.k_*' --free '*.phong_exponent' \
+		--truth examples/three_spheres_truth.toml --out demo-output
+
+test: $(READY)
+	$(VENV)/bin/python -m pytest -q -n 2
+
+benchmark: $(READY)
+	$(VENV)/bin/python -m benchmarks
+
+$(READY): pyproject.toml
+	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed: sudo apt-get install python3 python3-venv"; exit 1; }
+	@test -d $(VENV)/bin || $(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
+		echo "The venv module of $(PYTHON) is missing: sudo apt-get install python3-venv, then try again"; exit 1; }
+	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --upgrade pip
+	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	@touch $@
+
+clean:
+	rm -rf $(VENV) demo-output

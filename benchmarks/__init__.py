@@ -1,0 +1,1 @@
+"""Speed and memory, each beside the error that comes with it."""
