@@ -11,7 +11,7 @@ READY := $(VENV)/ready
 
 demo: $(READY)
 	@$(VENV)/bin/diffwhitted fit examples/three_spheres.toml --target examples/three_spheres_povray.exr \
-		--free 'glass.k_*' --free 'mirror.k_*' --free 'green.k_*' --free '*.phong_exponent' \
+		--free 'glass.k_*' --free 'mirror.k_[adhs]' --free 'green.k_[adhs]' --free '*.phong_exponent' \
 		--truth examples/three_spheres_truth.toml --out demo-output
 
 test: $(READY)

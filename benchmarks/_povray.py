@@ -12,7 +12,7 @@ import numpy as np
 import diffwhitted
 
 MISSING = "povray is not installed (Debian package povray)"
-COUNTS = {"rays": r"Rays:\s+(\d+)", "mirror": r"Reflected Rays:\s+(\d+)", "transmitted": r"Refracted Rays:\s+(\d+)"}
+COUNTS = {"all": r"Rays:\s+(\d+)", "mirror": r"Reflected Rays:\s+(\d+)", "transmitted": r"Refracted Rays:\s+(\d+)"}
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from diffwhitted.tree import PIXELS_PER_PASS, decide_effects, make_plan
 
 from ._bounds import Bounds
 from ._errors import FitError
-from ._outcome import outcome, with_runs
+from ._outcome import outcome, rest_test, with_runs
 from ._problem import Problem, View, record_view
 from ._result import FitResult, FitStep
 from ._solve import Solver
@@ -52,11 +52,11 @@ def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float
     if starts < 1:
         raise FitError(f"starts = {starts}; allowed is 1 or more")
     problem, scale = _build(scene, targets, names, unknowns, first, samples, max_depth)
-    solver = Solver(problem)
+    solver, at_rest = Solver(problem), rest_test(scene, targets, unknowns, UNIT)
     prepared = time.perf_counter() - begun
     solutions = []
     for point in _starting_points(first, unknowns, starts):
-        solutions.append(solver.run(point, max_steps=max_steps, on_step=on_step, loss_scale=scale))
+        solutions.append(solver.run(point, max_steps=max_steps, at_rest=at_rest, on_step=on_step, loss_scale=scale))
         if solutions[-1].interrupted:
             break
     best = min(solutions, key=lambda s: s.loss)

@@ -11,6 +11,7 @@ from diffwhitted.scene import Scene
 
 from ._identifiability import Uncertainty, uncertainty
 from ._problem import Problem
+from ._rest import on_bound, unsettled
 from ._result import FitResult, FittedCoefficient, FitView
 from ._solve import Solution
 from ._target import Target
@@ -18,27 +19,21 @@ from ._unknowns import Unknown, insert
 
 SETTLED = 1e-4
 """Converged: the next Gauss-Newton step is below this share of the coefficient, or a 20th of its standard error."""
-ON_THE_BOUND = 1e-3
-"""Share of the interval within which a coefficient counts as lying on its bound."""
+AT_REST = 1e-6
+"""The solver stops early below this share, or a 200th of the standard error."""
 
 
 def outcome(scene: Scene, targets: tuple[Target, ...], problem: Problem, start: np.ndarray, best: Solution, unit: float,
             effects: tuple[tuple[str, bool, str], ...], notes: tuple[str, ...]) -> FitResult:
     """The result of the best run, whose residuals are in `unit` where no noise is given; its counts of starts and seconds are filled in by the caller."""
     unknowns = problem.unknowns
-    residuals = sum(3 * int((t.mask > 0).sum()) for t in targets)
+    residuals = _residual_count(targets)
     given = targets[0].noise is not None
-    # The residuals in the factor are divided by the root of their number; so is their noise here.
-    mean_square = 2 * best.loss
-    eps = float(jnp.finfo(scene.dtype).eps)
-    rounding = eps * max(float(np.abs(t.image).max()) for t in targets) / unit / np.sqrt(residuals)
-    estimated = np.hypot(np.sqrt(mean_square / max(residuals - len(unknowns), 1)), rounding)
-    noise = 1 / np.sqrt(residuals) if given else estimated
-    precision = eps**0.7
-    known = uncertainty(best.factor, noise, best.values, unknowns, precision)
-    at_bound = _on_bound(best.values, unknowns)
-    moving = _unsettled(best, known, unknowns, at_bound, precision)
-    status, message = _status(best, known, moving, unknowns)
+    noise = _noise(targets, best.loss, len(unknowns), unit, scene)
+    known = uncertainty(best.factor, noise, best.values, unknowns, _precision(scene))
+    at_bound = on_bound(best.values, unknowns)
+    moving = unsettled(best.values, best.factor, best.remainder, known, unknowns, _precision(scene), SETTLED, 0.05)
+    status, message = _status(best, known, [u.name for u, moves in zip(unknowns, moving, strict=True) if moves], unknowns)
     views = tuple(_view(t, film, scene) for t, film in zip(targets, best.films, strict=True))
     squares = sum(float(np.sum(v.residual.astype(np.float64)[v.weight > 0] ** 2)) for v in views)
     spread = np.sqrt(np.mean([np.mean(t.noise**2) for t in targets])) if given else noise * np.sqrt(residuals) * unit
@@ -51,6 +46,38 @@ def outcome(scene: Scene, targets: tuple[Target, ...], problem: Problem, start: 
         scene=insert(scene, unknowns, best.values.astype(scene.dtype)),
         free=tuple(dict.fromkeys(u.coefficient for u in unknowns)),
     )
+
+
+def rest_test(scene: Scene, targets: tuple[Target, ...], unknowns: tuple[Unknown, ...], unit: float):
+    """A test for the solver: are these coefficients, with this R, q and loss, as good as they will get?"""
+
+    def at_rest(values, factor, remainder, loss) -> bool:
+        known = uncertainty(factor, _noise(targets, loss, len(unknowns), unit, scene), values, unknowns, _precision(scene))
+        return not unsettled(values, factor, remainder, known, unknowns, _precision(scene), AT_REST, 0.005).any()
+
+    return at_rest
+
+
+def _residual_count(targets: tuple[Target, ...]) -> int:
+    return sum(3 * int((t.mask > 0).sum()) for t in targets)
+
+
+def _precision(scene: Scene) -> float:
+    """Relative accuracy to which the Jacobian is known."""
+    return float(jnp.finfo(scene.dtype).eps) ** 0.7
+
+
+def _noise(targets: tuple[Target, ...], loss: float, unknowns: int, unit: float, scene: Scene) -> float:
+    """Standard deviation of the solver's residuals, which are divided by the root of their number.
+
+    Given with the targets, or else estimated from what is left over, and never below the rounding of the pictures.
+    """
+    count = _residual_count(targets)
+    if targets[0].noise is not None:
+        return 1 / np.sqrt(count)
+    brightest = max(float(np.abs(t.image).max()) for t in targets)
+    rounding = float(jnp.finfo(scene.dtype).eps) * brightest / unit / np.sqrt(count)
+    return float(np.hypot(np.sqrt(2 * loss / max(count - unknowns, 1)), rounding))
 
 
 def with_runs(result: FitResult, solutions: list[Solution], compiling: float) -> FitResult:
@@ -79,24 +106,6 @@ def _interval(ends: np.ndarray, unknown: Unknown, at_bound: bool) -> tuple[float
         return low, high
     lowest, highest = unknown.bounds
     return (lowest, high) if low - lowest < highest - high else (low, highest)
-
-
-def _on_bound(values: np.ndarray, unknowns: tuple[Unknown, ...]) -> np.ndarray:
-    low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
-    share = (values - low) / (high - low)
-    return (share < ON_THE_BOUND * np.where(low > 0, 0.01, 1)) | (share > 1 - ON_THE_BOUND)
-
-
-def _unsettled(best: Solution, known: Uncertainty, unknowns, at_bound, precision: float) -> list[str]:
-    """The coefficients that the next Gauss-Newton step would still move, leaving out those held by a bound."""
-    size = np.linalg.norm(best.factor, axis=0)
-    scale = np.where(size > 0, size, 1)
-    step = -np.linalg.lstsq(best.factor / scale, best.remainder, rcond=precision)[0] / scale
-    low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
-    allowed = SETTLED * np.maximum(abs(best.values), 0.01 * np.minimum(high - low, 1))
-    allowed = np.fmax(allowed, 0.05 * known.standard_error)
-    still = (abs(step) > allowed) & known.identifiable & ~at_bound
-    return [u.name for u, moves in zip(unknowns, still, strict=True) if moves]
 
 
 def _status(best: Solution, known: Uncertainty, moving: list[str], unknowns) -> tuple[str, str]:

@@ -51,9 +51,12 @@ class Solver:
         self._step = None
         self.seconds_compile = 0.0
 
-    def run(self, start: np.ndarray, *, max_steps: int, on_step: Callable[[FitStep], None] | None = None,
+    def run(self, start: np.ndarray, *, max_steps: int, at_rest: Callable[..., bool] = lambda *a: False, on_step: Callable[[FitStep], None] | None = None,
             loss_scale: float = 1.0) -> Solution:
-        """From these coefficients until the steps become too small to matter, or `max_steps`, or Ctrl-C."""
+        """From these coefficients until the steps become too small to matter, or `max_steps`, or Ctrl-C.
+
+        `at_rest(values, factor, remainder, loss)` may stop it earlier.
+        """
         x = self.problem.bounds.unknowns(jnp.asarray(start, float))
         state = self._start(x)
         history, rejected, begun = [], 0, time.perf_counter()
@@ -66,9 +69,11 @@ class Solver:
                 if on_step is not None:
                     on_step(history[-1])
                 rejected = 0 if accepted else rejected + 1
-                if bool(done) or rejected >= REJECTIONS or stopped():
+                linear = _linear_model(here, state)
+                if bool(done) or rejected >= REJECTIONS or stopped() or at_rest(*linear):
                     break
-        return self._solution(here, state, history, stopped(), time.perf_counter() - begun)
+        films = tuple(np.asarray(film) for film in state.aux)
+        return Solution(*linear, films, tuple(history), stopped(), self.seconds_compile, time.perf_counter() - begun)
 
     def _start(self, x):
         function, problem = _Residuals(), self.problem
@@ -97,13 +102,13 @@ class Solver:
             self.seconds_compile = time.perf_counter() - begun
         return state
 
-    def _solution(self, here, state, history, interrupted, seconds) -> Solution:
-        values, slope, jacobian = (np.asarray(a, np.float64) for a in here)
-        residual = np.asarray(state.f_info.residual, np.float64)
-        factor = np.divide(jacobian[:-1], slope, out=np.zeros_like(jacobian[:-1]), where=slope != 0)
-        films = tuple(np.asarray(film) for film in state.aux)
-        return Solution(values, factor, residual[:-1], 0.5 * float(residual @ residual), films, tuple(history),
-                        interrupted, self.seconds_compile, seconds)
+
+def _linear_model(here, state):
+    """Coefficients, R in the coefficients, q, and the loss, at the last accepted step."""
+    values, slope, jacobian = (np.asarray(a, np.float64) for a in here)
+    residual = np.asarray(state.f_info.residual, np.float64)
+    factor = np.divide(jacobian[:-1], slope, out=np.zeros_like(jacobian[:-1]), where=slope != 0)
+    return values, factor, residual[:-1], 0.5 * float(residual @ residual)
 
 
 class _Residuals(eqx.Module):

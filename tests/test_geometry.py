@@ -141,7 +141,10 @@ def test_sphere_from_outside_and_from_inside(dtype):
 @pytest.mark.parametrize("scale", [1e-3, 1, 1e4])
 @pytest.mark.parametrize("dtype", BOTH)
 def test_no_ray_meets_the_surface_it_leaves(dtype, scale):
-    """Outwards from a sphere nothing is met; inwards the far side, at the chord -2 r (u.N); at any scale."""
+    """Outwards from a sphere nothing is met; inwards the far side, at the chord -2 r (u.N); at any scale.
+
+    A short chord is a root of a small difference: its error is some roundings of r**2 over the chord.
+    """
     random = np.random.default_rng(1)
     normal, way = random.normal(size=(2, 500, 3))
     normal, way = (v / np.linalg.norm(v, axis=-1, keepdims=True) for v in (normal, way))
@@ -153,7 +156,8 @@ def test_no_ray_meets_the_surface_it_leaves(dtype, scale):
     assert hit.object.tolist() == np.where(outwards, NOTHING, 0).tolist()
     assert not hit.entering.any()
     chord = -2 * 0.7 * scale * (normal * way).sum(axis=-1)
-    np.testing.assert_allclose(distance[~outwards], chord[~outwards], atol=40 * float(jnp.finfo(dtype).eps) * scale)
+    rounding = 4 * float(jnp.finfo(dtype).eps) * np.linalg.norm(centre)
+    assert (np.abs(distance - chord) < rounding * (1 + scale / chord))[~outwards].all()
 
 
 def test_no_ray_meets_the_plane_or_polygon_it_leaves():

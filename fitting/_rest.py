@@ -1,0 +1,45 @@
+"""Is a fit at rest? The next Gauss-Newton step, with the coefficients that a bound holds left out."""
+
+import numpy as np
+
+from ._identifiability import Uncertainty
+from ._unknowns import Unknown
+
+ON_THE_BOUND = 1e-3
+"""Share of the interval within which a coefficient counts as lying on its bound."""
+HELD = 0.25
+"""Share of its standard error within which a bound holds a coefficient that would go beyond it."""
+
+
+def unsettled(values: np.ndarray, factor: np.ndarray, remainder: np.ndarray, known: Uncertainty, unknowns: tuple[Unknown, ...],
+              precision: float, share: float, errors: float) -> np.ndarray:
+    """Which coefficients the next step -R^-1 q would move by more than `share` of themselves and `errors` of their error.
+
+    A coefficient that the step would push through a bound close by is held there, and the step of the others
+    is computed without it.
+    """
+    low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
+    near = np.fmax(ON_THE_BOUND * (high - low), HELD * known.standard_error)
+    free = np.ones(len(unknowns), bool)
+    for _ in unknowns:
+        step = _step(factor, remainder, free, precision)
+        held = free & (((values + step < low) & (values - low < near)) | ((values + step > high) & (high - values < near)))
+        if not held.any():
+            break
+        free &= ~held
+    allowed = share * np.maximum(abs(values), 0.01 * np.minimum(high - low, 1))
+    return (abs(step) > np.fmax(allowed, errors * known.standard_error)) & known.identifiable
+
+
+def on_bound(values: np.ndarray, unknowns: tuple[Unknown, ...]) -> np.ndarray:
+    """Which coefficients lie on one of their bounds."""
+    low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
+    near_low = ON_THE_BOUND * np.where(low > 0, np.minimum(low, high - low), high - low)
+    return (values - low < near_low) | (high - values < ON_THE_BOUND * (high - low))
+
+
+def _step(factor, remainder, free, precision) -> np.ndarray:
+    size = np.linalg.norm(factor, axis=0)
+    scale = np.where(free & (size > 0), size, 1)
+    columns = np.where(free & (size > 0), factor / scale, 0)
+    return -np.linalg.lstsq(columns, remainder, rcond=precision)[0] / scale

@@ -1,0 +1,79 @@
+"""The command line: `diffwhitted render`, `fit`, `explain` and `schema`.
+
+A command's file imports what it needs when it runs, so that `--help` does not wait for JAX. Every failure is
+one message on stderr and an exit code; there is never a traceback.
+"""
+
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from ._explain import explain
+from ._failures import failed
+from ._fit import fit
+from ._options import SeveralValues
+from ._render import render
+from ._schema import schema
+
+USAGE_ERROR = typer.BadParameter.__base__
+STOPPED = 130
+"""The exit code of a program that Ctrl-C has ended, as shells know it."""
+
+app = typer.Typer(
+    name="diffwhitted", add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Start with: diffwhitted render SCENE.toml -o picture.png. COMMAND --help explains every option.",
+)
+app.command(cls=SeveralValues, short_help="Render a scene to an image file.")(render)
+app.command(cls=SeveralValues, short_help="Find material coefficients from pictures.")(fit)
+app.command(cls=SeveralValues, short_help="Say what a picture costs, and why.")(explain)
+app.command(short_help="Print the JSON Schema of scene files.")(schema)
+
+
+@app.callback(invoke_without_command=True)
+def diffwhitted(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False,
+) -> None:
+    """A differentiable Whitted ray tracer that finds materials from pictures.
+
+    Scenes are TOML files; pictures are OpenEXR, Radiance, TIFF, PNG or JPEG. Exit codes: 0 done, 1 a fit that
+    has not converged or is not determined, 2 something given cannot be used.
+    """
+    if version:
+        print(version_line())
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        print(context.get_help())
+
+
+def version_line() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return f"diffwhitted {version('diffwhitted')}"
+    except PackageNotFoundError:
+        return "diffwhitted, run from its source"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command line (`sys.argv[1:]` by default) and return its exit code."""
+    try:
+        code = app(args=None if arguments is None else list(arguments), prog_name="diffwhitted", standalone_mode=False)
+        sys.stdout.flush()
+    except USAGE_ERROR as error:
+        command = error.ctx.command_path if error.ctx else "diffwhitted"
+        print(f"error: {error.format_message()} See {command} --help", file=sys.stderr)
+        return 2
+    except typer.Abort:
+        code = STOPPED
+    except BrokenPipeError:
+        sys.stdout = None
+        return 1
+    except Exception as error:
+        return failed(error)
+    if code == STOPPED:
+        print("stopped", file=sys.stderr)
+    return code or 0

@@ -1,0 +1,137 @@
+"""`diffwhitted fit`: from target pictures to coefficients, a fitted scene and a report."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ._environment import set_up
+from ._options import Depth, Precision, PrecisionName, Samples, ScenePath
+from ._progress import Progress
+
+if TYPE_CHECKING:
+    from diffwhitted import Scene
+    from fitting import FitResult
+
+Targets = Annotated[list[str], typer.Option(
+    "--target", metavar="[CAMERA=]IMAGE", show_default=False,
+    help="Picture to fit, one for each camera. Integers are read as sRGB, floats as linear Rec. 709. "
+         "Its alpha channel, if any, is its mask.")]
+Free = Annotated[list[str], typer.Option(
+    "--free", metavar="NAME", show_default=False,
+    help='Coefficient to find: MATERIAL.COEFFICIENT, such as glass.k_d. Wildcards in quotes, so that the shell '
+         'leaves them alone: "*.k_d", "glass.*".')]
+Out = Annotated[Path, typer.Option(
+    "--out", "-o", metavar="DIR", show_default=False,
+    help="Folder for report.html, result.json, fitted.toml, render.exr and residual.exr.")]
+CameraName = Annotated[str | None, typer.Option(
+    "--camera", metavar="NAME", show_default=False,
+    help='Camera of a target that names none. Default: "main", or the only one.')]
+Masks = Annotated[list[str] | None, typer.Option(
+    "--mask", metavar="[CAMERA=]FILE", show_default=False,
+    help="Grey image of the target's size: 1 (white) where a pixel counts, 0 where it does not. Default: the target's alpha.")]
+Noise = Annotated[float | None, typer.Option(
+    "--noise", metavar="SIGMA", show_default=False,
+    help="Standard deviation of the target's pixels, in linear RGB. Default: estimated from what the fit leaves over.")]
+Start = Annotated[list[str] | None, typer.Option(
+    "--start", metavar="NAME=VALUE", show_default=False,
+    help="Where the fit begins; wildcards allowed. Default: the values of the scene.")]
+BoundsGiven = Annotated[list[str] | None, typer.Option(
+    "--bounds", metavar="NAME=LOW:HIGH", show_default=False,
+    help="Interval to search; wildcards allowed. Default: 0:1 for k_*, 1:1000 for phong_exponent, 1.001:4 for refractive_index.")]
+Starts = Annotated[int, typer.Option(
+    "--starts", metavar="N", min=1, help="Starting points to try: the start, the middle of the bounds, then spread out. The best end counts.")]
+MaxSteps = Annotated[int, typer.Option("--max-steps", metavar="N", min=1, help="Most steps of the solver from one start.")]
+Truth = Annotated[Path | None, typer.Option(
+    "--truth", metavar="FILE", show_default=False,
+    help='True values to set beside the fitted ones: a scene (.toml), or JSON {"glass.k_d": 0.12}.')]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No live progress and no notes.")]
+Json = Annotated[bool, typer.Option("--json", help="Print result.json in place of the table.")]
+
+
+def fit(
+    scene: ScenePath, target: Targets, free: Free, out: Out, camera: CameraName = None, mask: Masks = None,
+    noise: Noise = None, start: Start = None, bounds: BoundsGiven = None, starts: Starts = 1, samples: Samples = 1,
+    depth: Depth = None, max_steps: MaxSteps = 100, precision: PrecisionName = Precision.float32, truth: Truth = None,
+    quiet: Quiet = False, json: Json = False,
+) -> int:
+    """Find the material coefficients that make a scene look like its target pictures.
+
+    \b
+    Every k_d, and the gloss of the glass, from one picture:
+      diffwhitted fit scene.toml --target photo.exr \\
+        --free "*.k_d" glass.k_h glass.phong_exponent \\
+        --bounds glass.phong_exponent=5:500 --noise 0.01 --out result
+
+    Prints the coefficients with 95 % intervals, and says which ones the pictures do not determine. Ctrl-C
+    stops with the best so far, a second Ctrl-C at once. Exit codes: 0 converged, 1 not converged, not
+    determined or interrupted, 2 something given cannot be used.
+    """
+    set_up(precision)
+    with Progress("reading", quiet=quiet) as progress:
+        from diffwhitted import load_scene, save_scene
+        from fitting import fit as run_fit
+        from fitting._outputs import write_outputs
+
+        from ._targets import read_targets
+
+        loaded = load_scene(scene, precision=precision.value)
+        targets = read_targets(loaded, target, mask or [], camera, noise, note=progress.note)
+        given_start, given_bounds, true = checked_values(loaded, free, start or [], bounds or [], truth)
+        check_folder(out)
+        progress.say("compiling")
+        result = run_fit(
+            loaded, targets, free, start=given_start, bounds=given_bounds, starts=starts, samples=samples,
+            max_depth=depth, max_steps=max_steps, on_step=lambda step: progress.step(step, starts))
+        progress.say("writing the report")
+        about = {"scene": scene.name, "targets": [Path(text).name for text in target]}
+        written = write_outputs(result, out, title=f"{scene.stem}: {', '.join(free)}", save_scene=save_scene,
+                                truth=true, metadata=about)
+    if json:
+        print(written[0].read_text(encoding="utf-8"), end="")
+    else:
+        print_result(result, true, written)
+    return result.exit_code
+
+
+def checked_values(scene: Scene, free: Sequence[str], start: Sequence[str], bounds: Sequence[str], truth: Path | None):
+    """Starts, bounds and true values by name, read and checked before any work is done."""
+    from fitting._unknowns import free_coefficients, list_unknowns
+
+    from ._named_values import intervals, numbers, true_values
+
+    given_start, given_bounds = numbers("--start", start), intervals("--bounds", bounds)
+    if truth is None:
+        return given_start, given_bounds, None
+    names, _ = free_coefficients(scene, free)
+    return given_start, given_bounds, true_values(truth, list_unknowns(scene, names, given_bounds))
+
+
+def check_folder(folder: Path) -> None:
+    """Raise `OutputError` now rather than after the fit where a folder cannot be written."""
+    from fitting._outputs import OutputError
+
+    there = next(place for place in (folder.absolute(), *folder.absolute().parents) if place.exists())
+    if not there.is_dir():
+        raise OutputError(f"cannot write {folder}: {there} is a file, and a folder is needed; choose another with --out")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise OutputError(f"cannot write {folder}: no permission in {there}; choose a folder of your own with --out")
+
+
+def print_result(result: FitResult, truth: Mapping[str, float] | None, written: Sequence[Path]) -> None:
+    """The table, what it means, and where the report is."""
+    from rich.console import Console
+
+    from fitting._tables import coefficient_table, summary_lines
+
+    console = Console(highlight=False, soft_wrap=False)
+    console.print()
+    console.print(coefficient_table(result, truth))
+    console.print()
+    for line in summary_lines(result):
+        console.print(line, markup=False)
+    console.print(f"Report: {written[-1]}", markup=False, soft_wrap=True)

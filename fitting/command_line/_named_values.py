@@ -1,0 +1,112 @@
+"""Values that come with a name: `NAME=VALUE`, `NAME=LOW:HIGH`, `CAMERA=FILE`, and true values from a file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from diffwhitted import InputError, SceneError, coefficient_value, load_scene
+from fitting._unknowns import CHANNELS, Unknown
+
+if TYPE_CHECKING:
+    from diffwhitted import Scene
+
+
+def numbers(option: str, given: Sequence[str]) -> dict[str, float]:
+    """From `NAME=VALUE`; raises `InputError` for anything else."""
+    return {name: _number(option, text, value, "NAME=VALUE, such as glass.k_d=0.3")
+            for text in given for name, value in [_split(option, text, "NAME=VALUE, such as glass.k_d=0.3")]}
+
+
+def intervals(option: str, given: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """From `NAME=LOW:HIGH`; raises `InputError` for anything else."""
+    allowed, found = 'NAME=LOW:HIGH, such as "*.phong_exponent=5:500"', {}
+    for text in given:
+        name, ends = _split(option, text, allowed)
+        low, colon, high = ends.partition(":")
+        if not colon:
+            raise InputError(f"{option} {text}: allowed is {allowed}")
+        found[name] = (_number(option, text, low, allowed), _number(option, text, high, allowed))
+    return found
+
+
+def files_of_cameras(option: str, given: Sequence[str], cameras: Mapping, default: str) -> dict[str, Path]:
+    """From `CAMERA=FILE`, or `FILE` for the default camera; raises `InputError` for two files of one camera."""
+    found = {}
+    for text in given:
+        camera, equals, path = text.partition("=")
+        if not equals or (camera not in cameras and Path(text).exists()):
+            camera, path = default, text
+        if camera not in cameras:
+            raise InputError(f"{option} {text}: the scene has no camera {camera!r}; there is {', '.join(cameras)}")
+        if camera in found:
+            raise InputError(f"{option}: two files for camera {camera!r}, {found[camera]} and {path}; "
+                             f"allowed is one a camera, as in {option} CAMERA=FILE")
+        found[camera] = Path(path)
+    return found
+
+
+def true_values(path: Path, unknowns: Sequence[Unknown]) -> dict[str, float]:
+    """True values by the names of the unknowns, from a scene or from JSON {name: value}.
+
+    Raises `InputError` where the file cannot be read or holds none of them.
+    """
+    held = _from_scene(path, unknowns) if path.suffix.lower() == ".toml" else _from_json(path)
+    known = {}
+    for unknown in unknowns:
+        value = held.get(unknown.name, held.get(unknown.coefficient))
+        if value is not None:
+            values = np.ravel(value)
+            known[unknown.name] = float(values[(unknown.channel or 0) if len(values) == len(CHANNELS) else 0])
+    if not known:
+        raise InputError(f"--truth {path}: it holds none of the free coefficients {', '.join(u.name for u in unknowns)}")
+    return known
+
+
+def _from_scene(path: Path, unknowns: Sequence[Unknown]) -> dict:
+    scene: Scene = load_scene(path)
+    held = {}
+    for name in {u.coefficient for u in unknowns}:
+        try:
+            held[name] = np.asarray(coefficient_value(scene, name), np.float64)
+        except SceneError:
+            continue
+    return held
+
+
+def _from_json(path: Path) -> dict:
+    try:
+        held = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"--truth {path}: cannot be read ({(error.strerror or str(error)).lower()}); check the name") from None
+    except ValueError as error:
+        raise InputError(f"--truth {path}: neither a scene (.toml) nor JSON: {error}") from None
+    if not isinstance(held, dict) or not all(_is_value(value) for value in held.values()):
+        raise InputError(f'--truth {path}: allowed is {{"NAME": NUMBER, ...}}, or three numbers for a colour')
+    return held
+
+
+def _is_value(value) -> bool:
+    parts = value if isinstance(value, list) and len(value) in (1, len(CHANNELS)) else [value]
+    return all(isinstance(part, (int, float)) and not isinstance(part, bool) for part in parts)
+
+
+def _split(option: str, text: str, allowed: str) -> tuple[str, str]:
+    name, equals, value = text.rpartition("=")
+    if not (equals and name):
+        raise InputError(f"{option} {text}: allowed is {allowed}")
+    return name, value
+
+
+def _number(option: str, text: str, value: str, allowed: str) -> float:
+    try:
+        number = float(value)
+    except ValueError:
+        number = float("nan")
+    if not np.isfinite(number):
+        raise InputError(f"{option} {text}: {value!r} is not a number; allowed is {allowed}")
+    return number

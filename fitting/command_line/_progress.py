@@ -1,0 +1,53 @@
+"""What a person sees while they wait: one line on the terminal that is gone afterwards."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+if TYPE_CHECKING:
+    from fitting import FitStep
+
+
+class Progress:
+    """A line on stderr with a clock; nothing at all where stderr is no terminal or `quiet`."""
+
+    def __init__(self, text: str, *, quiet: bool = False):
+        from rich.console import Console
+        from rich.live import Live
+
+        console = Console(stderr=True)
+        self._text, self._begun, self._starts = text, time.perf_counter(), 0
+        shown = console.is_terminal and not quiet
+        self._console, self._quiet = console, quiet
+        self._live = Live(console=console, get_renderable=self._line, refresh_per_second=8, transient=True) if shown else None
+
+    def __enter__(self) -> Self:
+        if self._live is not None:
+            self._live.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, where: TracebackType | None) -> None:
+        if self._live is not None:
+            self._live.stop()
+
+    def say(self, text: str) -> None:
+        """Replace the text of the line."""
+        self._text = text
+
+    def note(self, text: str) -> None:
+        """Say something on stderr that stays, also where it is no terminal; nothing if quiet."""
+        if not self._quiet:
+            self._console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
+
+    def step(self, step: FitStep, starts: int = 1) -> None:
+        """Show a step of a fit, one of `starts` runs."""
+        self._starts += step.step == 0
+        which = f"start {self._starts} of {starts}, " if starts > 1 else ""
+        self.say(f"fitting: {which}step {step.step + 1}, loss {step.loss:.4g}")
+
+    def _line(self) -> Any:
+        from rich.text import Text
+
+        return Text(f"{self._text}  ({time.perf_counter() - self._begun:.1f} s)", no_wrap=True, overflow="ellipsis")
