@@ -1,7 +1,9 @@
 """What a picture is made of: which effects are at work and why, what each costs, and which rays there are."""
 
+import os
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -164,10 +166,7 @@ def _measured(scene: Scene, camera: Camera, plan: Plan, decisions: Sequence[Deci
     """
     programs = {"": (scene, plan)} | {d.name: _without(scene, plan, d.name) for d in decisions if d.on}
     seconds = {name: [] for name in programs}
-    for name, (changed, cut) in programs.items():
-        if on_measure is not None and name:
-            on_measure(name)
-        jax.block_until_ready(render_passes(changed, camera, cut))
+    _compile(programs, camera, on_measure)
     begun, rounds = time.perf_counter(), 0
     while rounds < FEWEST_ROUNDS or (rounds < MOST_ROUNDS and time.perf_counter() - begun < ROUNDS_SECONDS):
         for name, (changed, cut) in programs.items():
@@ -177,6 +176,23 @@ def _measured(scene: Scene, camera: Camera, plan: Plan, decisions: Sequence[Deci
         rounds += 1
     whole = np.asarray(seconds.pop(""))
     return {name: _share(whole, np.asarray(less)) for name, less in seconds.items()}, float(np.median(whole))
+
+
+def _compile(programs: Mapping[str, tuple[Scene, Plan]], camera: Camera, on_measure: Callable[[str], None] | None) -> None:
+    """Compile and run each program once, as many at a time as there are processors."""
+
+    def run_once(name: str) -> None:
+        if on_measure is not None and name:
+            on_measure(name)
+        scene, plan = programs[name]
+        jax.block_until_ready(render_passes(scene, camera, plan))
+
+    workers = ThreadPoolExecutor(os.cpu_count())
+    try:
+        for run in [workers.submit(run_once, name) for name in programs]:
+            run.result()
+    finally:
+        workers.shutdown(wait=False, cancel_futures=True)
 
 
 def _share(whole: np.ndarray, less: np.ndarray) -> tuple[float, bool]:

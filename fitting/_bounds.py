@@ -3,10 +3,12 @@
 The solver's unknown x is any real number; the coefficient lies between its bounds:
 
     s = value, log(value) or log(value - 1)          (the coefficient's scale)
-    x = log(t / (1 - t)),   t = (s - s_low) / (s_high - s_low)
+    t = (s - s_low) / (s_high - s_low) = sin(x)^2
 
-so x = 0 is the middle of the bounds (the geometric mean for a log scale), and the forward model is never
-clipped. `slope` is d value / dx, by which the Jacobian in the coefficients becomes the solver's.
+so x = pi/4 is the middle of the bounds (the geometric mean for a log scale), and the forward model is never
+clipped. Next to a bound the slope falls like the root of the distance; a logistic curve, whose slope falls
+like the distance itself, left coefficients stuck there (measured). `slope` is d value / dx, by which the
+Jacobian in the coefficients becomes the solver's.
 """
 
 import equinox as eqx
@@ -18,7 +20,7 @@ from jaxtyping import Array, Float
 from ._unknowns import Unknown
 
 NUDGE = 1e-3
-"""A start on a bound is moved inside by this share of the interval, since x is infinite there."""
+"""A start on a bound is moved inside by this share of the interval, since the slope is zero there."""
 
 _OFFSET = {"interval": None, "log": 0.0, "log-excess": 1.0}
 
@@ -38,14 +40,14 @@ class Bounds(eqx.Module):
     def values(self, x: Float[Array, "p"]) -> Float[Array, "p"]:
         """Coefficients from unknowns."""
         low, high = self._scaled(self.low), self._scaled(self.high)
-        return self._unscaled(low + (high - low) * jax.nn.sigmoid(x))
+        return self._unscaled(low + (high - low) * jnp.sin(x) ** 2)
 
     @eqx.filter_jit
     def unknowns(self, values: Float[Array, "p"]) -> Float[Array, "p"]:
         """Unknowns from coefficients inside the bounds; one on a bound is nudged inside by `NUDGE`."""
         low, high = self._scaled(self.low), self._scaled(self.high)
         share = jnp.clip((self._scaled(values) - low) / (high - low), NUDGE, 1 - NUDGE)
-        return jnp.log(share) - jnp.log1p(-share)
+        return jnp.arcsin(jnp.sqrt(share))
 
     def slope(self, x: Float[Array, "p"]) -> Float[Array, "p"]:
         """d value / dx."""

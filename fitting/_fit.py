@@ -100,5 +100,5 @@ def _starting_points(first: np.ndarray, unknowns, starts: int) -> list[np.ndarra
         bounds = Bounds(unknowns)
         shares = np.concatenate([np.full((1, len(unknowns)), 0.5),
                                  qmc.Sobol(len(unknowns), seed=0).random_base2(max(1, (starts - 1).bit_length()))])
-        points += [np.asarray(bounds.values(jnp.asarray(np.log(s) - np.log1p(-s)))) for s in np.clip(shares[: starts - 1], 0.01, 0.99)]
+        points += [np.asarray(bounds.values(jnp.asarray(np.arcsin(np.sqrt(s))))) for s in np.clip(shares[: starts - 1], 0.01, 0.99)]
     return points

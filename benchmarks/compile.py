@@ -1,0 +1,81 @@
+"""How long the first picture takes to compile, in a fresh process without a cache, and a second start of the command line."""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import jax
+
+import diffwhitted
+from diffwhitted._render import FIRST_GUESS, render_passes
+from diffwhitted.tree import PIXELS_PER_PASS, make_plan
+
+from ._figures import Figure, run
+from ._fresh import answer, in_fresh_process
+from ._scene import CAMERA, SCENE_FILE, three_spheres
+
+TARGET, START_TARGET = 3.0, 5.0
+RUNS = 3
+DEPTHS = (5, 12)
+
+
+def measure() -> list[Figure]:
+    found = {depth: min((in_fresh_process("compile", depth) for _ in range(RUNS)), key=lambda f: f["seconds"]) for depth in DEPTHS}
+    shallow, deep = DEPTHS
+    return [
+        *[_compiled(depth, found[depth]) for depth in DEPTHS],
+        Figure(f"compile at depth {deep} / depth {shallow}", found[deep]["seconds"] / found[shallow]["seconds"], "", 1.15),
+        *_command_line(),
+    ]
+
+
+def _compiled(depth: int, found: dict) -> Figure:
+    return Figure(f"compile of render, depth {depth}", found["seconds"], "s", TARGET,
+                  f"shortest of {RUNS} processes; tracing {found['tracing']:.2f} s, XLA {found['xla']:.2f} s; "
+                  f"first call of render {found['first']:.2f} s")
+
+
+def _measured_here(depth: str) -> dict:
+    """In this process, which must not have rendered anything yet."""
+    scene = three_spheres()
+    camera = scene.cameras[CAMERA]
+    room = int(FIRST_GUESS * min(camera.width * camera.height, PIXELS_PER_PASS))
+    plan = make_plan(scene, camera, max_depth=int(depth), capacity=room)
+    times = [time.perf_counter()]
+    lowered = render_passes.lower(scene, camera, plan, 1)
+    times.append(time.perf_counter())
+    lowered.compile()
+    times.append(time.perf_counter())
+    jax.clear_caches()
+    begun = time.perf_counter()
+    jax.block_until_ready(diffwhitted.render(scene, camera, max_depth=int(depth)))
+    first = time.perf_counter() - begun
+    return {"tracing": times[1] - times[0], "xla": times[2] - times[1], "seconds": times[2] - times[0], "first": first}
+
+
+def _command_line() -> list[Figure]:
+    name = "second start of `diffwhitted render`, shell to image"
+    program = shutil.which("diffwhitted", path=str(Path(sys.executable).parent)) or shutil.which("diffwhitted")
+    if program is None:
+        return [Figure(name, None, "s", START_TARGET, "the command `diffwhitted` is not installed")]
+    with tempfile.TemporaryDirectory() as folder:
+        picture = Path(folder) / "picture.exr"
+        command = [program, "render", str(SCENE_FILE), "-o", str(picture)]
+        environment = os.environ | {"XDG_CACHE_HOME": folder}
+        seconds = []
+        for _ in range(1 + RUNS):
+            begun = time.perf_counter()
+            done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=folder)
+            seconds.append(time.perf_counter() - begun)
+            if done.returncode or not picture.exists():
+                return [Figure(name, None, "s", START_TARGET, f"it failed: {done.stderr.strip()[-200:]}")]
+            picture.unlink()
+    return [Figure(name, min(seconds[1:]), "s", START_TARGET, f"first start {seconds[0]:.1f} s; 640x480, depth 5")]
+
+
+if __name__ == "__main__" and not answer(_measured_here):
+    run("compile", measure)

@@ -1,0 +1,90 @@
+"""A fit of 18 coefficients from the middle of their bounds, compile included, with the error of each beside it."""
+
+import time
+from pathlib import Path
+
+import jax
+import numpy as np
+
+import diffwhitted
+import fitting
+
+from . import _mitsuba
+from ._figures import Figure, run
+from ._fresh import answer, in_fresh_process
+from ._scene import CAMERA, FOLDER, TARGET_SIZE, UNKNOWNS, three_spheres
+
+SECONDS_TARGET, ERROR_TARGET, POVRAY_TARGET = 8.0, 1e-5, 0.02
+RUNS = 3
+POVRAY_PICTURES = tuple(FOLDER.parent / folder / "three_spheres.exr" for folder in ("tests/targets", "examples", "benchmarks"))
+
+
+def measure() -> list[Figure]:
+    own = min((in_fresh_process("fit", "own") for _ in range(RUNS)), key=lambda found: found["seconds"])
+    figures = [
+        Figure("fit of 18 numbers, compile included", own["seconds"], "s", SECONDS_TARGET,
+               f"320x240, depth 5, from the middle of the bounds; shortest of {RUNS} processes; compile {own['compile']:.2f} s, "
+               f"{own['steps']} steps {own['solve']:.2f} s; {own['status']}"),
+        Figure("largest error of a coefficient", own["worst"], "", ERROR_TARGET, _listed(own["errors"])),
+    ]
+    return [*figures, *_against_povray(), *_against_mitsuba(own)]
+
+
+def _listed(errors: dict[str, float]) -> str:
+    return ", ".join(f"{name} {error:.1g}" for name, error in errors.items())
+
+
+def _against_povray() -> list[Figure]:
+    name = "largest error, POV-Ray's picture as target"
+    picture = next((p for p in POVRAY_PICTURES if p.exists()), None)
+    if picture is None:
+        return [Figure(name, None, "", POVRAY_TARGET, "its picture is not there")]
+    found = in_fresh_process("fit", "povray", picture)
+    return [Figure(name, found["worst"], "", POVRAY_TARGET,
+                   f"{found['seconds']:.1f} s, {found['steps']} steps; {found['status']}; {_listed(found['errors'])}")]
+
+
+def _against_mitsuba(own: dict) -> list[Figure]:
+    found = _mitsuba.ask("fit")
+    name = "Mitsuba 3 + Adam, to an error of 1 % in all"
+    if isinstance(found, str):
+        return [Figure(name, None, "s", None, found)]
+    reached = {float(error): seconds for error, seconds in found["reached"].items()}
+    return [Figure(name, reached.get(0.01), "s", None,
+                   f"{found['unknowns']} numbers, those that it has; largest error {found['worst']:.1g} after {found['steps']} steps, "
+                   f"{found['seconds']:.0f} s; this project is at {own['worst']:.1g} after {own['seconds']:.1f} s")]
+
+
+def _fitted(source: str, picture: str = "") -> dict:
+    """In this process: fit a picture of our own, or the one in a file."""
+    truth = three_spheres(TARGET_SIZE)
+    camera = truth.cameras[CAMERA]
+    target = diffwhitted.read_image(Path(picture)).pixels if source == "povray" else np.asarray(diffwhitted.render(truth, camera))
+    jax.clear_caches()
+    begun = time.perf_counter()
+    result = fitting.fit(truth, target, free=UNKNOWNS, start=_middle_of_bounds())
+    seconds = time.perf_counter() - begun
+    errors = {c.name: _error(c, truth) for c in result.coefficients}
+    return {"seconds": seconds, "compile": result.seconds_compile, "solve": result.seconds_solve, "steps": result.steps,
+            "status": result.status, "errors": errors, "worst": max(errors.values())}
+
+
+def _middle_of_bounds() -> dict[str, float]:
+    middle = {row.name: np.sqrt(np.prod(row.fit_bounds)) if row.scale == "log" else np.mean(row.fit_bounds)
+              for row in diffwhitted.COEFFICIENTS}
+    return {f"*.{name}": float(middle[name]) for name in {u.rpartition(".")[2] for u in UNKNOWNS}}
+
+
+def _error(coefficient: fitting.FittedCoefficient, truth) -> float:
+    """Of an exponent relative to its value, of all others as they are."""
+    name, _, channel = coefficient.name.rpartition(".")
+    channels = ("r", "g", "b")
+    full = coefficient.name if channel not in channels else name
+    values = np.atleast_1d(np.asarray(diffwhitted.coefficient_value(truth, full), np.float64))
+    value = values[channels.index(channel) if channel in channels else 0]
+    error = abs(coefficient.value - value)
+    return float(error / value if full.endswith("exponent") else error)
+
+
+if __name__ == "__main__" and not answer(_fitted):
+    run("fit", measure)
