@@ -24,8 +24,8 @@ $(READY): pyproject.toml
 	@test -n "$(PYTHON)" || { echo "Python 3.11 or newer is needed: sudo apt-get install python3 python3-venv"; exit 1; }
 	@test -d $(VENV)/bin || $(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
 		echo "The venv module of $(PYTHON) is missing: sudo apt-get install python3-venv, then try again"; exit 1; }
-	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --upgrade pip
-	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	$(VENV)/bin/python -m pip install -qq --disable-pip-version-check --upgrade pip
+	$(VENV)/bin/python -m pip install -qq --disable-pip-version-check --editable '.[test]'
 	@touch $@
 
 clean:

@@ -149,7 +149,7 @@ def coefficient_table(result: FitResult, truth: Mapping[str, float] | None = Non
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 2, 0, 0), caption_justify="left")
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), caption_justify="left")
     table.add_column("coefficient", overflow="fold")
     if truth is None:
         table.add_column("start", justify="right", no_wrap=True)

@@ -2,10 +2,11 @@
 
 from ._background import Background, ConstantBackground, GradientBackground
 from ._camera import Camera
+from ._checks import nearest_name
 from ._coefficients import BY_NAME, COEFFICIENTS, Coefficient
 from ._lights import DirectionalLight, Light, PointLight
 from ._material import HighlightModel, Material
-from ._names import coefficient_value, nearest_name, replace_coefficient, split_name
+from ._names import coefficient_value, replace_coefficient, split_name
 from ._objects import Object, Plane, Polygon, Sphere
 from ._scene import Precision, Scene, ShadowModel, TotalReflection, float_dtype
 from ._tables import MaterialTable, Tables, material_names, numbered_objects, tabulate, texture_names

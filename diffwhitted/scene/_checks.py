@@ -1,5 +1,8 @@
 """Checks of values when a record is built. Traced values pass: they have no value yet."""
 
+import difflib
+from collections.abc import Iterable
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -42,3 +45,9 @@ def listed(value) -> str:
 def _float_dtype(value):
     dtype = getattr(value, "dtype", None)
     return dtype if dtype is not None and jnp.issubdtype(dtype, jnp.floating) else float
+
+
+def nearest_name(name: str, known: Iterable[str]) -> str:
+    """A sentence ' Did you mean ...?' or nothing."""
+    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
+    return f" Did you mean {close[0]!r}?" if close else ""

@@ -1,26 +1,16 @@
-"""Names of coefficients, such as "glass.k_d": reading, replacing, and guessing what was meant."""
-
-import difflib
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+"""Names of coefficients, such as "glass.k_d": reading and replacing."""
 
 import equinox as eqx
 import jax.numpy as jnp
 
 from .._errors import SceneError
+from ._checks import nearest_name
 from ._coefficients import BY_NAME
-
-if TYPE_CHECKING:
-    from ._scene import Scene
-
-
-def nearest_name(name: str, known: Iterable[str]) -> str:
-    """A sentence ' Did you mean ...?' or nothing."""
-    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
-    return f" Did you mean {close[0]!r}?" if close else ""
+from ._material import checked
+from ._scene import Scene
 
 
-def split_name(scene: "Scene", name: str) -> tuple[str, str]:
+def split_name(scene: Scene, name: str) -> tuple[str, str]:
     """("glass", "k_d") from "glass.k_d"; a material's own name may hold dots.
 
     Raises `SceneError` naming the nearest material or coefficient.
@@ -37,14 +27,14 @@ def split_name(scene: "Scene", name: str) -> tuple[str, str]:
     return material, coefficient
 
 
-def coefficient_value(scene: "Scene", name: str):
+def coefficient_value(scene: Scene, name: str):
     """The value of a coefficient: shape () or, for linear RGB, (3,). An absent k_h reads as k_s."""
     material, coefficient = split_name(scene, name)
     record = scene.materials[material]
     return record.highlight_coefficient() if coefficient == "k_h" else getattr(record, coefficient)
 
 
-def replace_coefficient(scene: "Scene", name: str, value) -> "Scene":
+def replace_coefficient(scene: Scene, name: str, value) -> Scene:
     """The scene with one coefficient replaced; differentiable in `value`.
 
     `name` is "material.coefficient", `value` a number or, where the coefficient has a colour, three.
@@ -54,8 +44,6 @@ def replace_coefficient(scene: "Scene", name: str, value) -> "Scene":
     Raises `SceneError` for an unknown name, a wrong shape, or a value outside the interval of
     `COEFFICIENTS` (a traced value is not checked).
     """
-    from ._material import checked
-
     material, coefficient = split_name(scene, name)
     array = jnp.asarray(checked(coefficient, value, f"material {material!r}"), scene.dtype)
     return eqx.tree_at(lambda s: getattr(s.materials[material], coefficient), scene, array, is_leaf=lambda x: x is None)

@@ -11,10 +11,9 @@ from jaxtyping import Array, Float
 from .._errors import SceneError
 from ._background import Background, ConstantBackground
 from ._camera import Camera
-from ._checks import number_array, require
+from ._checks import nearest_name, number_array, require
 from ._lights import Light
 from ._material import Material
-from ._names import nearest_name
 from ._objects import Object
 from ._textures import Texture
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Sequence
+from itertools import zip_longest
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,8 +15,8 @@ from ._progress import Progress
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from diffwhitted import Explanation
-    from diffwhitted.scene import Scene
+    from diffwhitted import Explanation, Scene
+    from diffwhitted._explain import RayCounts
 
 Free = Annotated[list[str] | None, typer.Option(
     "--free", metavar="NAME", show_default=False,
@@ -65,63 +67,56 @@ def print_explanation(explanation: Explanation, title: str) -> None:
     """Tables of effects and rays that read at 80 columns, without colour."""
     from rich.console import Console
 
-    console = Console(highlight=False)
-    rays = explanation.rays
-    took = "" if explanation.seconds is None else f", {1000 * explanation.seconds:.3g} ms a picture"
-    console.print(f"{title}: {explanation.width} x {explanation.height} pixels, depth {explanation.max_depth}{took}", markup=False)
-    console.print()
-    console.print(_effect_table(explanation))
-    console.print()
-    console.print(_level_table(explanation))
-    console.print()
-    console.print(f"{_share(rays.background, rays.total)} of the rays met nothing. Beside them, {rays.shadow:,} shadow rays from lit points to lights.")
-    cut = sum(rays.cut_off.values())
-    if cut:
-        console.print(f"{cut:,} more rays lie past depth {explanation.max_depth} and bring no light; a larger --depth follows them.")
+    console, rays = Console(highlight=False), explanation.rays
+    sentences = [f"{rays.background:,} of the rays ({rays.background / rays.total:.0%}) met nothing.",
+                 f"Beside them, {rays.shadow:,} shadow rays went from lit points to lights."]
+    if cut := sum(rays.cut_off.values()):
+        sentences.append(f"{cut:,} more lie past depth {explanation.max_depth} and bring no light; a larger --depth follows them.")
+    console.print(f"{title}: {explanation.width} x {explanation.height} pixels, depth {explanation.max_depth}", markup=False)
+    if explanation.seconds is not None:
+        console.print(f"{1000 * explanation.seconds:.3g} ms a picture; the share of an effect is what the picture gains without it")
+    for part in (_effect_table(explanation), _ray_table(explanation.rays), " ".join(sentences)):
+        console.print()
+        console.print(part)
 
 
 def _effect_table(explanation: Explanation) -> Table:
     from rich.text import Text
 
     measured = explanation.seconds is not None
-    table = _table("effect", "", *(["share of time"] if measured else []), "why")
+    table = _table("effect", "", *(["share"] if measured else []), "why")
     for effect in explanation.effects:
         share = "" if effect.share is None else "below noise" if effect.below_noise else f"{effect.share:.0%}"
         table.add_row(_words(effect.name), "on" if effect.on else "off", *([share] if measured else []), Text(effect.why))
+    if measured:
+        table.columns[2].justify = "right"
     return table
 
 
-def _level_table(explanation: Explanation) -> Table:
-    rays = explanation.rays
-    table = _table("rays of level", "count", "", "of kind", "count")
+def _ray_table(rays: RayCounts) -> Table:
+    table = _table("rays of level", "count", "", "of kind", "count", footers=("all", f"{rays.total:,}", "", "all", f"{rays.total:,}"))
     for number in (1, 4):
         table.columns[number].justify = "right"
     levels = [(str(level), f"{count:,}") for level, count in enumerate(rays.by_level, 1)]
     kinds = [(_KINDS[kind], f"{count:,}") for kind, count in rays.by_kind.items()]
-    for row in range(max(len(levels), len(kinds))):
-        left, right = ((part[row] if row < len(part) else ("", "")) for part in (levels, kinds))
+    for left, right in zip_longest(levels, kinds, fillvalue=("", "")):
         table.add_row(*left, "", *right)
-    table.add_section()
-    table.add_row("all", f"{rays.total:,}", "", "all", f"{rays.total:,}")
     return table
 
 
 _KINDS = {"camera": "camera", "mirror": "mirror (k_s)", "transmitted": "transmitted (k_t)", "total": "total reflection"}
 
 
-def _table(*columns: str) -> Table:
+def _table(*headers: str, footers: Sequence[str] = ()) -> Table:
     from rich import box
     from rich.table import Table
 
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 2, 0, 0))
-    for column in columns:
-        table.add_column(column)
+    table = Table(box=box.SIMPLE if footers else box.SIMPLE_HEAD, show_footer=bool(footers), show_edge=False, pad_edge=False,
+                  padding=(0, 2, 0, 0), footer_style="none")
+    for header, footer in zip_longest(headers, footers, fillvalue=""):
+        table.add_column(header, footer)
     return table
 
 
 def _words(effect: str) -> str:
     return effect.replace("_", " ")
-
-
-def _share(part: int, whole: int) -> str:
-    return f"{part:,} ({part / whole:.0%})"
