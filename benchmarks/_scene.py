@@ -22,9 +22,9 @@ UNKNOWNS = (
 """Coefficients that move no ray and that the picture determines: 18 numbers, since two k_d are linear RGB."""
 
 
-def three_spheres(size: tuple[int, int] | None = None) -> Scene:
+def three_spheres(size: tuple[int, int] | None = None, precision: str = "float32") -> Scene:
     """The scene, its camera with `size` (width, height) in place of the file's 640x480."""
-    scene = diffwhitted.load_scene(SCENE_FILE)
+    scene = diffwhitted.load_scene(SCENE_FILE, precision=precision)
     if size is None:
         return scene
     return eqx.tree_at(lambda s: s.cameras[CAMERA], scene, scene.cameras[CAMERA].resized(*size))

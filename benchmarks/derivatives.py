@@ -9,7 +9,8 @@ import diffwhitted
 from diffwhitted._render import record_passes, replay_passes
 
 from ._figures import Figure, run
-from ._scene import CAMERA, three_spheres
+from ._fresh import answer, in_fresh_process
+from ._scene import CAMERA, rmse, three_spheres
 from ._timing import Seconds, ratio, taking_turns
 
 ROUNDS = 15
@@ -21,8 +22,8 @@ ONE = "glass.k_t"
 class Replay:
     """The replay of one record as functions of coefficients."""
 
-    def __init__(self):
-        self.scene = three_spheres()
+    def __init__(self, precision: str = "float32", size: tuple[int, int] | None = None):
+        self.scene = three_spheres(size, precision)
         self.camera = self.scene.cameras[CAMERA]
         self.plan = diffwhitted.plan(self.scene, self.camera)
         self.trees = record_passes(self.scene, self.camera, self.plan)
@@ -59,7 +60,7 @@ def measure() -> list[Figure]:
     targets = (FORWARD_TARGET, REVERSE_TARGET, REVERSE_TARGET, REVERSE_TARGET)
     return [Figure("replay 640x480, depth 5", base.median, "s", None, str(base)),
             *[_relative(name, seconds, base, target) for name, seconds, target in zip(names, derived, targets, strict=True)],
-            *_errors(forward, reverse)]
+            *_errors()]
 
 
 def _relative(name: str, seconds: Seconds, base: Seconds, target: float) -> Figure:
@@ -67,10 +68,42 @@ def _relative(name: str, seconds: Seconds, base: Seconds, target: float) -> Figu
     return Figure(f"{name} / replay", found.median, "", target, f"{found}; {seconds}")
 
 
-def _errors(forward, reverse) -> list[Figure]:
-    del forward, reverse
-    return []
+def _errors() -> list[Figure]:
+    found = in_fresh_process("derivatives", "errors")
+    return [Figure("forward derivative against central difference", found["forward"], "", 1e-4,
+                   f"root mean square over that of the derivative, in float32; worst of {found['count']} coefficients ({found['worst']}); "
+                   f"{found['forward64']:.1g} in float64"),
+            Figure("reverse derivative against forward", found["reverse"], "", 1e-4, "of the loss, largest error over largest derivative, in float32")]
 
 
-if __name__ == "__main__":
+def _errors_here(_: str) -> dict:
+    """In a process of its own, as 64-bit numbers are switched on for the differences."""
+    jax.config.update("jax_enable_x64", True)
+    single, double = Replay("float32", (160, 120)), Replay("float64", (160, 120))
+    errors = {name: _forward_errors(single, double, name) for name in single.values(False)}
+    worst = max(errors, key=lambda name: errors[name][0])
+    values = single.values(False)
+    reverse = jax.jit(jax.grad(single.loss))(values)
+    forward = jax.jit(jax.jacfwd(single.loss))(values)
+    flat = [np.concatenate([np.ravel(v) for v in jax.tree.leaves(d)]) for d in (reverse, forward)]
+    return {"forward": errors[worst][0], "forward64": max(e[1] for e in errors.values()), "worst": worst, "count": len(errors),
+            "reverse": float(np.abs(flat[0] - flat[1]).max() / np.abs(flat[1]).max())}
+
+
+def _forward_errors(single: "Replay", double: "Replay", name: str) -> tuple[float, float]:
+    """Of the picture's derivative in all channels of one coefficient together, in both precisions."""
+    value = diffwhitted.coefficient_value(double.scene, name)
+    step = 1e-5 * max(1.0, float(jnp.max(value)))
+    difference = (double.picture({name: value + step}) - double.picture({name: value - step})) / (2 * step)
+
+    def error(replay: Replay) -> float:
+        start = diffwhitted.coefficient_value(replay.scene, name)
+        along = jax.jvp(lambda v: replay.picture({name: v}), (start,), (jnp.ones_like(start),))[1]
+        scale = np.sqrt(np.mean(np.asarray(difference) ** 2))
+        return rmse(along, difference) / scale if scale > 0 else float(np.abs(along).max())
+
+    return error(single), error(double)
+
+
+if __name__ == "__main__" and not answer(_errors_here):
     run("derivatives", measure)

@@ -12,9 +12,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ._render import FIRST_GUESS, record_passes, render_passes, replay_passes
+from ._render import record_passes, render_passes, replay_passes
 from .scene import Camera, ConstantBackground, DirectionalLight, GradientBackground, Material, PointLight, Scene, split_name
-from .tree import BRANCH_NAMES, PIXELS_PER_PASS, Decision, Plan, Record, decide_effects, make_plan
+from .tree import BRANCH_NAMES, Decision, Plan, Record, decide_effects, likely_room, make_plan
 
 FEWEST_ROUNDS, MOST_ROUNDS = 5, 25
 ROUNDS_SECONDS = 4.0
@@ -106,7 +106,7 @@ def _counted(scene: Scene, camera: Camera, free: Collection[str], max_depth: int
     depth = scene.max_depth if max_depth is None else max_depth
     shadows = any(d.name == "shadows" and d.on for d in decide_effects(scene, free, depth))
     # One level more than asked for shows what the depth cuts off.
-    room = int(FIRST_GUESS * min(camera.width * camera.height, PIXELS_PER_PASS))
+    room = likely_room(camera)
     plan = make_plan(scene, camera, free=free, max_depth=depth + 1, capacity=room)
     plan = replace(plan, effects=replace(plan.effects, shadows=False, tinted_shadows=False))
     while True:

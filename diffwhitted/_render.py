@@ -1,20 +1,18 @@
 """From scene and camera to image: plan, record, replay, film."""
 
+from dataclasses import replace
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ._errors import CapacityError
+from ._errors import CapacityError, SceneError
 from ._vector import Vec3
 from .image import gathered
-from .scene import Camera, Scene, tabulate
-from .scene._checks import is_traced
-from .tree import PIXELS_PER_PASS, Plan, Record, make_plan, record, replay
-
-FIRST_GUESS = 1.5
-"""Rays other than camera rays that a pixel is first given room for; more room costs memory, not time."""
+from .scene import Camera, Scene, is_traced, tabulate
+from .tree import Plan, Record, likely_room, make_plan, record, replay
 
 
 def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: int = 1,
@@ -27,14 +25,16 @@ def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: i
     ray, without the motion of edges for those that do.
 
     Without a `plan` one is made for this call. Inside `jit` (or where values are traced) it must assume the
-    worst, so pass `plan=diffwhitted.plan(scene, camera)` there. Raises `CapacityError` where a plan's room for
-    rays is too small; no ray is dropped in silence.
+    worst, so pass `plan=diffwhitted.plan(scene, camera)` there. Raises `SceneError` for a plan that does not
+    fit the scene and camera (not seen where they are traced), and `CapacityError` where its room for rays is
+    too small; no ray is dropped in silence.
     """
     given = plan is not None
     traced = any(map(is_traced, jax.tree.leaves((scene, camera))))
-    if not given:
-        pixels = camera.width * camera.height
-        plan = make_plan(scene, camera, max_depth=max_depth, capacity=None if traced else int(FIRST_GUESS * min(pixels, PIXELS_PER_PASS)))
+    if given:
+        _check(plan, scene, camera, traced)
+    else:
+        plan = make_plan(scene, camera, max_depth=max_depth, capacity=None if traced else likely_room(camera))
     while True:
         image, needed = render_passes(scene, camera, plan, samples)
         if is_traced(needed):
@@ -51,12 +51,20 @@ def plan(scene: Scene, camera: Camera, *, free: tuple[str, ...] = (), max_depth:
 
     `free` names coefficients ("glass.k_s") whose derivative is wanted although they may be zero now.
     """
-    guess = make_plan(scene, camera, free=free, max_depth=max_depth, capacity=int(FIRST_GUESS * min(camera.width * camera.height, PIXELS_PER_PASS)))
+    guess = make_plan(scene, camera, free=free, max_depth=max_depth, capacity=likely_room(camera))
     while True:
         needed = int(np.max(record_passes(scene, camera, guess).descendants))
         if needed <= guess.capacity:
             return guess.with_capacity(int(1.1 * needed))
         guess = guess.with_capacity(2 * needed)
+
+
+def _check(plan: Plan, scene: Scene, camera: Camera, traced: bool):
+    """A plan that leaves out what the scene calls for would give a wrong image without a word."""
+    asked = plan if traced else make_plan(scene, camera, max_depth=plan.max_depth, capacity=plan.capacity)
+    wrong = plan.shortfall(replace(asked, picture=(camera.width, camera.height)))
+    if wrong:
+        raise SceneError(f"plan: {wrong}; make one with diffwhitted.plan(scene, camera)")
 
 
 @eqx.filter_jit

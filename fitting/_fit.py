@@ -7,10 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.stats import qmc
 
-from diffwhitted._render import FIRST_GUESS
 from diffwhitted.image import dealt
 from diffwhitted.scene import Scene
-from diffwhitted.tree import PIXELS_PER_PASS, decide_effects, make_plan
+from diffwhitted.tree import decide_effects, likely_room, make_plan
 
 from ._bounds import Bounds
 from ._errors import FitError
@@ -76,8 +75,7 @@ def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, sa
     views = []
     for target in targets:
         camera = scene.cameras[target.camera]
-        room = int(FIRST_GUESS * min(camera.width * camera.height, PIXELS_PER_PASS))
-        plan = make_plan(scene, camera, free=names, max_depth=max_depth, capacity=room)
+        plan = make_plan(scene, camera, free=names, max_depth=max_depth, capacity=likely_room(camera))
         weight = np.sqrt(target.mask) / (UNIT if target.noise is None else target.noise) / np.sqrt(total)
         while True:
             view = View(camera, _dealt(target.image, plan, dtype), _dealt(weight[..., None], plan, dtype)[:, 0], None, offsets, plan)

@@ -24,6 +24,14 @@ def test_floats_come_back_exactly(tmp_path, name):
     assert (back.alpha, back.colour_space, back.path) == (None, "linear Rec.709", tmp_path / name)
 
 
+@pytest.mark.parametrize("name", ["a.exr", "a.hdr", "a.png"])
+def test_the_order_of_the_pixels_in_memory_does_not_matter(tmp_path, name):
+    pixels = scene_light()
+    write_image(tmp_path / name, pixels)
+    write_image(tmp_path / f"b{name}", np.asfortranarray(pixels))
+    np.testing.assert_array_equal(read_image(tmp_path / f"b{name}").pixels, read_image(tmp_path / name).pixels)
+
+
 def test_half_floats_keep_eleven_bits(tmp_path):
     pixels = scene_light()
     write_image(tmp_path / "a.exr", pixels, half=True)

@@ -14,7 +14,7 @@ import pytest
 
 import diffwhitted as dw
 from diffwhitted.image import read_image
-from diffwhitted.tree import PIXELS_PER_PASS, make_plan
+from diffwhitted.tree import likely_room, make_plan
 
 TARGETS = Path(__file__).parent / "targets"
 FINER = 3
@@ -66,7 +66,7 @@ def with_telltale_materials(scene):
 
 def rendered(scene, camera):
     """With room enough from the start, so that one program is compiled."""
-    return np.asarray(dw.render(scene, camera, plan=make_plan(scene, camera, capacity=4 * PIXELS_PER_PASS)))
+    return np.asarray(dw.render(scene, camera, plan=make_plan(scene, camera, capacity=4 * likely_room(camera))))
 
 
 def away_from_edges(name):

@@ -133,7 +133,7 @@ def _checked(path: Path, pixels: np.ndarray, form: ImageFormat) -> Float[np.ndar
     low, high = form.interval
     outside = (finite & ((pixels < low) | (pixels > high))).any(axis=2)
     refuse(path, outside, f"are outside [{low:g}, {high:g}], all it holds; scale them, or use a float .exr")
-    return pixels.astype(np.float32)
+    return np.ascontiguousarray(pixels, np.float32)
 
 
 def _with_alpha(path: Path, stored: np.ndarray, alpha: np.ndarray, form: ImageFormat) -> np.ndarray:

@@ -2,11 +2,11 @@
 
 from ._branch import BRANCH_NAMES
 from ._effects import EFFECT_NAMES, Decision, Effects, decide_effects
-from ._plan import PIXELS_PER_PASS, Plan, make_plan
+from ._plan import Plan, likely_room, make_plan
 from ._record import Nodes, Record, record
 from ._replay import replay
 
 __all__ = [
-    "BRANCH_NAMES", "EFFECT_NAMES", "PIXELS_PER_PASS", "Decision", "Effects", "Nodes", "Plan", "Record",
-    "decide_effects", "make_plan", "record", "replay",
+    "BRANCH_NAMES", "EFFECT_NAMES", "Decision", "Effects", "Nodes", "Plan", "Record",
+    "decide_effects", "likely_room", "make_plan", "record", "replay",
 ]

@@ -10,8 +10,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from ..scene import GradientBackground, Plane, PointLight, Scene
-from ..scene._checks import is_traced
+from ..scene import GradientBackground, Plane, PointLight, Scene, is_traced
 
 
 @dataclass(frozen=True)

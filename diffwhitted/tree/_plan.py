@@ -1,19 +1,20 @@
 """What a scene calls for, decided once, outside `jit`: effects, depth, and room for the rays."""
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from math import ceil
 
 import numpy as np
 
-from ..scene import Camera, Plane, Scene, Sphere, material_names, numbered_objects, texture_names
-from ..scene._checks import is_traced
+from ..scene import Camera, Plane, Scene, Sphere, is_traced, material_names, numbered_objects, texture_names
 from ._effects import Effects, as_effects, calls_for, decide_effects
 
 CAMERA_BLOCK = 2**15
 CHILD_BLOCK = 2**13
 PIXELS_PER_PASS = 2**16
 WORST_CASE_LIMIT = 2**24
+LIKELY_DESCENDANTS = 1.5
+"""Rays other than camera rays that a pixel is first given room for; more room costs memory, hardly time."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,8 @@ class Plan:
     k_a_textures: tuple[int, ...]
     """By material: the number of its texture, -1 without one."""
     k_d_textures: tuple[int, ...]
+    picture: tuple[int, int]
+    """Width and height in pixels."""
     passes: int
     blocks: int
     block: int
@@ -65,6 +68,21 @@ class Plan:
     def picture_pixel(self, number, pixel):
         """Which pixel of the picture, counted row by row, is `pixel` of pass `number` (see `image.dealt`)."""
         return number + pixel * self.passes
+
+    def shortfall(self, needed: "Plan") -> str | None:
+        """What this plan leaves out of `needed`, a plan made for the scene at hand; None if nothing."""
+        if self.picture != needed.picture:
+            return f"it was made for {self.picture[0]}x{self.picture[1]} pixels, not {needed.picture[0]}x{needed.picture[1]}"
+        same = ("material_of", "highlight_models", "k_a_textures", "k_d_textures", "total_reflection_is_full")
+        if any(getattr(self, field) != getattr(needed, field) for field in same):
+            return "it was made for a scene with other objects, materials or textures"
+        missing = [f.name for f in fields(Effects) if getattr(needed.effects, f.name) and not getattr(self.effects, f.name)]
+        if missing:
+            return f"it leaves out {', '.join(missing)}, which the scene calls for"
+        for have, want, what in ((self.mirrors, needed.mirrors, "k_s"), (self.transparent, needed.transparent, "k_t")):
+            if any(w and not h for h, w in zip(have, want, strict=True)):
+                return f"some object had {what} = 0 when it was made, and has not now"
+        return None
 
     def with_capacity(self, rays: int) -> "Plan":
         """The same plan with room for `rays` rays (other than camera rays) a pass, in whole blocks."""
@@ -95,10 +113,15 @@ def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_d
         highlight_models=tuple(m.highlight for m in materials),
         k_a_textures=tuple(-1 if m.k_a_texture is None else textures.index(m.k_a_texture) for m in materials),
         k_d_textures=tuple(-1 if m.k_d_texture is None else textures.index(m.k_d_texture) for m in materials),
-        passes=passes, blocks=blocks, block=block, child_block=child_block, capacity=0,
+        picture=(camera.width, camera.height), passes=passes, blocks=blocks, block=block, child_block=child_block, capacity=0,
     )
     worst = _worst_case(plan)
     return plan.with_capacity(worst if capacity is None else min(capacity, worst))
+
+
+def likely_room(camera: Camera) -> int:
+    """Room for descendants in one pass that most scenes do not exceed: a capacity to try first."""
+    return int(LIKELY_DESCENDANTS * min(camera.width * camera.height, PIXELS_PER_PASS))
 
 
 def _split(pixels: int) -> tuple[int, int, int, int]:

@@ -65,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except USAGE_ERROR as error:
         command = error.ctx.command_path if error.ctx else "diffwhitted"
-        print(f"error: {error.format_message()} See {command} --help", file=sys.stderr)
+        print(f"error: {error.format_message().rstrip('.')}. See {command} --help", file=sys.stderr)
         return 2
     except typer.Abort:
         code = STOPPED

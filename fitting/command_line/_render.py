@@ -67,11 +67,11 @@ def rendered(scene: Scene, camera: Camera, depth: int | None, samples: int) -> P
     import jax.numpy as jnp
     import numpy as np
 
-    from diffwhitted._render import FIRST_GUESS, record_passes, replay_passes
-    from diffwhitted.tree import PIXELS_PER_PASS, make_plan
+    from diffwhitted._render import record_passes, replay_passes
+    from diffwhitted.tree import likely_room, make_plan
 
     pixels, clock = camera.width * camera.height, Clock()
-    plan = make_plan(scene, camera, max_depth=depth, capacity=int(FIRST_GUESS * min(pixels, PIXELS_PER_PASS)))
+    plan = make_plan(scene, camera, max_depth=depth, capacity=likely_room(camera))
     total, rays = np.zeros((camera.height, camera.width, 3)), 0
     steps = (np.arange(samples) + 0.5) / samples
     for row, column in np.ndindex(samples, samples):
