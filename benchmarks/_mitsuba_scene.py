@@ -1,10 +1,10 @@
 """The shapes of three_spheres.toml in Mitsuba 3, and what is timed there.
 
-`python -m benchmarks._mitsuba_scene render` prints one line of JSON. It needs `mitsuba` and `numpy`, and nothing of this
-project: it runs under an interpreter of its own.
+`python -m benchmarks._mitsuba_scene render` (or `fit`) prints one line of JSON. It needs `mitsuba` and `numpy`, and
+nothing of this project: it runs under an interpreter of its own.
 
 What is alike: spheres, plane, checkerboard, camera, two point lights, a smooth dielectric of the same index, smooth
-mirrors blended with diffuse colour by k_s. What is not: Mitsuba traces one random path a sample instead of
+mirrors blended with diffuse colour. What is not: Mitsuba traces one random path a sample instead of
 the whole tree; its mirror and glass weights are Fresnel's; point lights fade with distance (here scaled to
 Whitted's brightness in the middle of the scene); the background lights surfaces and surfaces light each other;
 there is no ambient term, no Phong highlight, and glass casts a black shadow.
@@ -23,6 +23,11 @@ import numpy as np
 
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
 REFERENCE_SAMPLES = 512
+FIT_SIZE, FIT_SAMPLES, FIT_SECONDS = (320, 240), 4, 60.0
+FITTED = ("glass.bsdf.specular_reflectance.value", "glass.bsdf.specular_transmittance.value",
+          "mirror.bsdf.bsdf_0.reflectance.value", "mirror.bsdf.bsdf_1.specular_reflectance.value",
+          "coloured.bsdf.bsdf_0.reflectance.value", "coloured.bsdf.bsdf_1.specular_reflectance.value")
+ERRORS = (0.1, 0.03, 0.01, 0.003, 0.001)
 
 
 def choose_variant() -> str:
@@ -78,14 +83,16 @@ def _shape(thing: dict) -> dict:
 
 def _material(material: dict, textures: dict) -> dict:
     if material.get("k_t"):
-        return {"type": "dielectric", "int_ior": material["refractive_index"], "ext_ior": 1.0,
+        return {"type": "dielectric", "int_ior": material["refractive_index"], "ext_ior": 1.0, "specular_reflectance": _rgb(1.0),
                 "specular_transmittance": _rgb(material["k_t"])}
     colour = _rgb(material["k_d"]) if "k_d_texture" not in material else _checker(textures[material["k_d_texture"]])
-    diffuse = {"type": "diffuse", "reflectance": colour}
     if not material.get("k_s"):
-        return diffuse
-    mirror = {"type": "conductor", "material": "none"}
-    return {"type": "blendbsdf", "weight": material["k_s"], "diffuse": diffuse, "mirror": mirror}
+        return {"type": "diffuse", "reflectance": colour}
+    # A blend with a fixed weight, so that k_d and k_s are coefficients of their own.
+    weight = (1 + material["k_s"] - max(material["k_d"])) / 2
+    diffuse = {"type": "diffuse", "reflectance": _rgb([k / (1 - weight) for k in material["k_d"]])}
+    mirror = {"type": "conductor", "material": "none", "specular_reflectance": _rgb(material["k_s"] / weight)}
+    return {"type": "blendbsdf", "weight": weight, "diffuse": diffuse, "mirror": mirror}
 
 
 def _checker(texture: dict) -> dict:
@@ -115,6 +122,41 @@ def render(variant: str) -> dict:
     return {"seconds": seconds, "noise": float(np.median(noise)), "mean": reference.mean(axis=(0, 1)).tolist()}
 
 
+def fit(variant: str) -> dict:
+    """Adam on the 18 numbers of `FITTED` (linear RGB each) from 0.5, on a target of many samples.
+
+    The derivative is that of the `path` integrator: the one made for inverse problems, `prb`, gives zero for perfect
+    mirrors and glass.
+    """
+    scene = scene_of(*FIT_SIZE)
+    params = mi.traverse(scene)
+    params.keep(list(FITTED))
+    truth = {key: np.array(params[key]).ravel() for key in FITTED}
+    target = mi.render(scene, spp=REFERENCE_SAMPLES, seed=10**6)
+    dr.eval(target)
+    begun = time.perf_counter()
+    adam = mi.ad.Adam(lr=0.03)
+    for key in FITTED:
+        adam[key] = mi.Color3f(0.5)
+    params.update(adam)
+    reached, step, seconds, worst = {}, 0, 0.0, 1.0
+    while seconds < FIT_SECONDS and worst > ERRORS[-1]:
+        loss = dr.mean(dr.square(mi.render(scene, params, spp=FIT_SAMPLES, seed=step) - target))
+        dr.backward(loss)
+        adam.step()
+        adam.set_learning_rate(0.03 * 0.5 ** (step / 400))
+        for key in FITTED:
+            adam[key] = dr.clip(adam[key], 0, 1)
+        params.update(adam)
+        step, seconds = step + 1, time.perf_counter() - begun
+        worst = max(float(np.abs(np.array(params[key]).ravel() - truth[key]).max()) for key in FITTED)
+        for error in ERRORS:
+            if worst <= error:
+                reached.setdefault(str(error), seconds)
+    return {"reached": reached, "steps": step, "seconds": seconds, "worst": worst, "unknowns": 3 * len(FITTED)}
+
+
 if __name__ == "__main__":
     chosen = choose_variant()
-    print(json.dumps({"version": mi.__version__, "variant": chosen} | {"render": render}[sys.argv[1]](chosen)))
+    found = {"render": render, "fit": fit}[sys.argv[1]](chosen)
+    print(json.dumps({"version": mi.__version__, "variant": chosen} | found))

@@ -11,8 +11,8 @@ from pathlib import Path
 import jax
 
 import diffwhitted
-from diffwhitted._render import FIRST_GUESS, render_passes
-from diffwhitted.tree import PIXELS_PER_PASS, make_plan
+from diffwhitted._render import render_passes
+from diffwhitted.tree import likely_room, make_plan
 
 from ._figures import Figure, run
 from ._fresh import answer, in_fresh_process
@@ -43,7 +43,7 @@ def _measured_here(depth: str) -> dict:
     """In this process, which must not have rendered anything yet."""
     scene = three_spheres()
     camera = scene.cameras[CAMERA]
-    room = int(FIRST_GUESS * min(camera.width * camera.height, PIXELS_PER_PASS))
+    room = likely_room(camera)
     plan = make_plan(scene, camera, max_depth=int(depth), capacity=room)
     times = [time.perf_counter()]
     lowered = render_passes.lower(scene, camera, plan, 1)

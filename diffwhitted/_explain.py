@@ -106,8 +106,7 @@ def _counted(scene: Scene, camera: Camera, free: Collection[str], max_depth: int
     depth = scene.max_depth if max_depth is None else max_depth
     shadows = any(d.name == "shadows" and d.on for d in decide_effects(scene, free, depth))
     # One level more than asked for shows what the depth cuts off.
-    room = likely_room(camera)
-    plan = make_plan(scene, camera, free=free, max_depth=depth + 1, capacity=room)
+    plan = make_plan(scene, camera, free=free, max_depth=depth + 1, capacity=likely_room(camera))
     plan = replace(plan, effects=replace(plan.effects, shadows=False, tinted_shadows=False))
     while True:
         trees = record_passes(scene, camera, plan)

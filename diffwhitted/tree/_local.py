@@ -16,7 +16,10 @@ from ._stage import stage
 
 
 def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, hit: Hit, incoming: Vec3, needed) -> Vec3:
-    """Linear RGB that leaves the surface towards where the ray came from; of no meaning for a miss."""
+    """Linear RGB that leaves the surface towards where the ray came from; of no meaning for a miss.
+
+    `needed`: whether any ray of the block is alive (see `stage`).
+    """
     effects, materials = plan.effects, tables.materials
     material = lookup(tables.material_of, hit.object)
     black = jnp.zeros_like(hit.distance)
@@ -31,14 +34,24 @@ def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, hit: Hit, incoming:
     k_h = lookup(materials.k_h, material) if effects.highlight else None
     for number, light in enumerate(tables.lights):
         to_light, _, colour = stage(needed, light.arriving, hit.point)
-        cosine, lobe = stage(needed, lambda *a: _lobes(tables, plan, *a), material, hit, to_light, incoming)
+        terms = stage(needed, lambda *a: _terms(tables, plan, *a), material, hit, to_light, incoming)
         sent_back = Vec3(black, black, black)
         if effects.diffuse:
-            sent_back = sent_back + k_d * cosine
+            sent_back = sent_back + k_d * terms["diffuse"]
         if effects.highlight:
-            sent_back = sent_back + k_h * lobe
+            sent_back = sent_back + k_h * terms["highlight"]
         radiance = radiance + sent_back * colour * _arriving_share(tables, plan, nodes, number)
     return radiance
+
+
+def _terms(tables: Tables, plan: Plan, material, hit: Hit, to_light: Vec3, incoming: Vec3) -> dict:
+    """N.L and the highlight's lobe, whichever the plan calls for."""
+    terms = {}
+    if plan.effects.diffuse:
+        terms["diffuse"] = diffuse(hit.normal, to_light)
+    if plan.effects.highlight:
+        terms["highlight"] = _highlight(tables, plan, material, hit, to_light, incoming)
+    return terms
 
 
 def _patterned(coefficient: Vec3, material, patterns, textures: tuple[int, ...]) -> Vec3:
@@ -48,10 +61,6 @@ def _patterned(coefficient: Vec3, material, patterns, textures: tuple[int, ...])
             wears_it = lookup(jnp.asarray([t == number for t in textures]), material)
             coefficient = where(wears_it, coefficient * pattern, coefficient)
     return coefficient
-
-
-def _lobes(tables, plan, material, hit, to_light, incoming):
-    return diffuse(hit.normal, to_light), _highlight(tables, plan, material, hit, to_light, incoming)
 
 
 def _highlight(tables: Tables, plan: Plan, material, hit: Hit, to_light: Vec3, incoming: Vec3):

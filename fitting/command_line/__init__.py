@@ -73,7 +73,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout = None
         return 1
     except Exception as error:
-        return failed(error)
+        # A compiled module that is being imported turns a Ctrl-C into an ImportError.
+        if not isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
+            return failed(error)
+        code = STOPPED
     if code == STOPPED:
         print("stopped", file=sys.stderr)
     return code or 0

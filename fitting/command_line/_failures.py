@@ -28,13 +28,9 @@ def _message(error: Exception) -> tuple[str, int]:
         return str(error), 1
     if isinstance(error, MemoryError) or "RESOURCE_EXHAUSTED" in text or "Out of memory" in text:
         return "there is not enough memory for this; try a smaller --width, fewer --samples or a lower --depth", 2
-    if isinstance(error, RuntimeError) and "nitialize backend" in text:
-        platforms = os.environ.get("JAX_PLATFORMS", "")
-        return f"JAX cannot start on JAX_PLATFORMS = {platforms!r} ({text[:200]}); unset it, or set it to cpu", 2
     if isinstance(error, OSError):
         return _os_message(error), 2
-    return (f"unexpected {type(error).__name__}: {text[:300]}. This is a fault of diffwhitted; "
-            f"{TRACEBACK}=1 in the environment shows where it is"), 1
+    return f"unexpected {type(error).__name__} {text[:300]!r}; {TRACEBACK}=1 in the environment shows where it comes from", 1
 
 
 def _os_message(error: OSError) -> str:

@@ -1,0 +1,208 @@
+"""What a scene does not call for is not in its compiled program, and leaving it out changes no pixel.
+
+Every effect has a pair of scenes that look the same: one that does not call for it, and one that does without a trace
+in the picture (a coefficient that is free but zero, a texture that is white, a light that sees every point).
+"""
+
+import dataclasses
+import functools
+from dataclasses import dataclass, field
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import diffwhitted as dw
+from diffwhitted._render import render_passes
+from diffwhitted.tree import EFFECT_NAMES, make_plan
+
+SKY = (0.2, 0.4, 0.8)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A scene by what differs from the usual one, and the coefficients that are free."""
+
+    ball: tuple = (("k_d", 0.5), ("k_h", 0.0), ("phong_exponent", 10.0))
+    floor: tuple = (("k_d", 0.3), ("k_h", 0.0))
+    attenuation: tuple | None = None
+    gradient: bool = False
+    shadows: str = "off"
+    free: tuple = ()
+    scene: dw.Scene = field(init=False, compare=False)
+
+    def __post_init__(self):
+        light = dw.PointLight((0, 0.5, 5), 0.8, attenuation=self.attenuation)  # where the camera is: no shadow shows
+        object.__setattr__(self, "scene", dw.Scene(
+            objects=[dw.Sphere("ball", (0, 0, 0), 1, "paint"), dw.Plane("ground", (0, 1, 0), -1, "plain")],
+            materials={"paint": dw.Material(**dict(self.ball)), "plain": dw.Material(**dict(self.floor))}, lights=[light],
+            textures={"white": dw.Checker(((1, 1, 1), (1, 1, 1)))} if dict(self.floor).get("k_d_texture") else {},
+            background=dw.GradientBackground(SKY, SKY) if self.gradient else dw.ConstantBackground(SKY),
+            cameras={"main": dw.Camera((0, 0.5, 5), (0, 0, 0), 40, 8, 6)}, shadows=self.shadows, max_depth=3))
+
+    @property
+    def camera(self):
+        return self.scene.cameras["main"]
+
+    @property
+    def plan(self):
+        return make_plan(self.scene, self.camera, free=self.free)
+
+
+BARE = Variant()
+UNLIT = Variant(ball=(("k_a", 0.5), ("k_h", 0.0)), floor=(("k_a", 0.3), ("k_h", 0.0)))
+GLASSY = Variant(free=("paint.k_t",))
+SHADED = Variant(free=("paint.k_t",), shadows="opaque")
+
+PAIRS = {
+    "ambient": (BARE, Variant(free=("paint.k_a",))),
+    "diffuse": (UNLIT, dataclasses.replace(UNLIT, free=("paint.k_d",))),
+    "highlight": (BARE, Variant(free=("paint.k_h",))),
+    "shadows": (BARE, Variant(shadows="opaque")),
+    "tinted_shadows": (SHADED, dataclasses.replace(SHADED, shadows="tinted")),
+    "reflection": (BARE, Variant(free=("paint.k_s",))),
+    "refraction": (BARE, GLASSY),
+    "total_internal_reflection": (GLASSY, Variant(free=("paint.k_t", "paint.refractive_index"))),
+    "nested_media": (GLASSY, Variant(free=("paint.k_t", "plain.k_t"))),
+    "textures": (BARE, Variant(floor=(*BARE.floor, ("k_d_texture", "white")))),
+    "attenuation": (BARE, Variant(attenuation=(1.0, 0.0, 0.0))),
+    "background_gradient": (BARE, Variant(gradient=True)),
+}
+
+OPERATIONS = {"highlight": ("exponential", "log-plus-one"), "textures": ("floor",)}
+"""What only this effect needs."""
+
+
+@functools.cache
+def compiled(variant, plan=None):
+    return render_passes.lower(variant.scene, variant.camera, plan or variant.plan, 1).compile()
+
+
+def flops(program):
+    return program.compiled.cost_analysis()["flops"]
+
+
+def operations(program, name):
+    return program.compiled.as_text().count(f" {name}(")
+
+
+def picture(variant):
+    image, needed = compiled(variant)(variant.scene, variant.camera, variant.plan, 1)
+    assert needed <= variant.plan.capacity
+    return np.asarray(image)
+
+
+def test_every_effect_is_here():
+    assert tuple(PAIRS) == EFFECT_NAMES
+
+
+@pytest.mark.parametrize("effect", PAIRS)
+def test_what_is_off_costs_nothing_and_shows_nothing(effect):
+    without, neutral = PAIRS[effect]
+    off, on = without.plan.effects, neutral.plan.effects
+    assert not getattr(off, effect) and getattr(on, effect)
+    assert flops(compiled(without)) < flops(compiled(neutral))
+    for name in OPERATIONS.get(effect, ()):
+        assert operations(compiled(without), name) == 0 < operations(compiled(neutral), name)
+    np.testing.assert_allclose(picture(without), picture(neutral), atol=1e-6)
+
+
+def test_a_bare_scene_needs_no_power_in_any_form():
+    assert [operations(compiled(BARE), name) for name in ("power", "exponential", "log-plus-one", "log")] == [0] * 4
+
+
+@pytest.mark.parametrize("effect", ["shadows", "textures"])
+def test_a_scene_that_does_not_call_for_it_costs_the_same_as_with_it_forced_off(effect):
+    without, neutral = PAIRS[effect]
+    forced = dataclasses.replace(neutral.plan, effects=dataclasses.replace(neutral.plan.effects, **{effect: False}))
+    assert flops(compiled(neutral, forced)) == flops(compiled(without))
+
+
+@pytest.mark.parametrize("effect", PAIRS)
+def test_forcing_off_what_is_off_selects_the_same_program(effect):
+    """The plan is the key of the compiled program: an equal plan is the same program."""
+    plan = PAIRS[effect][0].plan
+    forced = dataclasses.replace(plan, effects=dataclasses.replace(plan.effects, **{effect: False}))
+    assert forced == plan and hash(forced) == hash(plan)
+
+
+def test_what_no_object_is_made_of_calls_for_nothing():
+    scene = BARE.scene
+    idle = dw.Scene(objects=scene.objects, materials=dict(scene.materials) | {"idle": dw.Material(k_a=1, k_d=1, k_h=1, k_s=1, k_t=1, refractive_index=2)},
+                    textures={"idle": dw.Checker(((0, 0, 0), (1, 1, 1)))}, lights=scene.lights, background=scene.background, shadows="off", max_depth=3)
+    assert make_plan(idle, BARE.camera).effects == BARE.plan.effects
+
+
+# Reasons
+
+
+def reasons(scene, **how):
+    return {d.name: (d.on, d.why) for d in dw.decide_effects(scene, **how)}
+
+
+def everything():
+    return dw.Scene(
+        objects=[dw.Plane("ground", (0, 1, 0), -1, "tiles"), dw.Sphere("ball", (0, 0, 0), 1, "glass"), dw.Sphere("bead", (0, 0, 0), 0.4, "glass")],
+        materials={"glass": dw.Material(k_h=0.25, k_s=0.2, k_t=(0.0, 0.7, 0.8), refractive_index=1.5), "tiles": dw.Material(k_a=0.1, k_d=0.6, k_h=0, k_d_texture="checks")},
+        lights=[dw.DirectionalLight((0, 1, 0), 1), dw.PointLight((0, 5, 0), 1, attenuation=(1, 0, 0.1))], textures={"checks": dw.Checker(((0, 0, 0), (1, 1, 1)))},
+        background=dw.GradientBackground(SKY, SKY), shadows="tinted")
+
+
+def test_reasons_name_the_object_and_the_coefficient():
+    """The first object that calls for it, the coefficient by its full name, and its value."""
+    given = reasons(everything())
+    assert all(on for on, _ in given.values())
+    assert given["ambient"][1] == "object 'ground': tiles.k_a = 0.1"
+    assert given["diffuse"][1] == "object 'ground': tiles.k_d = 0.6"
+    assert given["highlight"][1] == "object 'ball': glass.k_h = 0.25"
+    assert given["reflection"][1] == "object 'ball': glass.k_s = 0.2"
+    assert given["refraction"][1] == "object 'ball': glass.k_t = [0. , 0.7, 0.8]"
+    assert given["tinted_shadows"][1] == "object 'ball': glass.k_t = [0. , 0.7, 0.8]"
+    assert given["total_internal_reflection"][1] == "object 'ball': glass.refractive_index = 1.5"
+    assert given["nested_media"][1] == "objects 'ball' and 'bead' are both transparent"
+    assert given["textures"][1] == "object 'ground': k_d_texture = 'checks'"
+    assert given["attenuation"][1] == "light 2 has an attenuation"
+    assert "gradient" in given["background_gradient"][1] and "'ground'" in given["shadows"][1]
+
+
+def test_reasons_for_what_is_off():
+    given = reasons(BARE.scene)
+    assert [name for name, (on, _) in given.items() if on] == ["diffuse"]
+    assert given["reflection"][1] == "no object has k_s > 0" and given["shadows"][1] == 'shadows = "off"'
+    assert given["total_internal_reflection"][1] == "no refraction" and given["attenuation"][1] == "no point light has an attenuation"
+    shallow = reasons(everything(), max_depth=1)
+    assert all(shallow[name] == (False, "max_depth = 1: camera rays only") for name in ("reflection", "refraction"))
+    dark = reasons(dw.Scene(objects=[dw.Sphere("ball", (0, 0, 0), 1, "paint")], materials={"paint": dw.Material(k_d=1, k_h=1)}, ambient=0))
+    assert [dark[name] for name in ("diffuse", "highlight")] == [(False, "the scene has no light")] * 2
+    assert not any(on for on, _ in dark.values())
+
+
+@pytest.mark.parametrize("coefficient, effect", [("k_a", "ambient"), ("k_h", "highlight"), ("k_s", "reflection"), ("k_t", "refraction")])
+def test_a_coefficient_that_is_free_or_traced_keeps_its_effect_at_zero(coefficient, effect):
+    name = f"paint.{coefficient}"
+    free = reasons(BARE.scene, free=(name,))
+    assert free[effect] == (True, f"object 'ball': {name} is free in the fit") and not reasons(BARE.scene)[effect][0]
+    seen = []
+
+    @jax.jit
+    def traced(value):
+        seen.append(reasons(dw.replace_coefficient(BARE.scene, name, value))[effect])
+        return value
+
+    traced(jnp.zeros(()))
+    assert seen == [(True, f"object 'ball': {name} is traced and may be anything")]
+
+
+def test_a_highlight_that_follows_a_free_k_s():
+    scene = dw.Scene(objects=[dw.Sphere("ball", (0, 0, 0), 1, "paint")], materials={"paint": dw.Material()}, lights=[dw.PointLight((0, 9, 0), 1)])
+    assert reasons(scene, free=("paint.k_s",))["highlight"] == (True, "object 'ball': paint.k_s is free and gives k_h")
+    assert not reasons(scene, free=("paint.k_d",))["highlight"][0]
+
+
+def test_a_whole_group_of_effects_is_off_together():
+    """Without children no light but the local one, without lighting no shadows."""
+    bare = BARE.plan
+    assert not bare.effects.branching and bare.capacity == 0 and bare.effects.lighting
+    unlit = Variant(ball=UNLIT.ball, floor=UNLIT.floor, shadows="tinted").plan.effects
+    assert not (unlit.lighting or unlit.shadows or unlit.tinted_shadows)
