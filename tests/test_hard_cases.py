@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import diffwhitted as dw
-from diffwhitted._vector import vec3
+from diffwhitted._vector import Vec3
 from diffwhitted.illumination import halfway_highlight, reflected_highlight
 from diffwhitted.tree import make_plan
 
@@ -81,42 +81,49 @@ def test_grazing_incidence():
         np.testing.assert_allclose(seen(scene, (0, 1e-6, 0), downwards(np.pi / 2 - glance)), expected, atol=1e-9)
 
 
-def balls_over_tiles(inner, outer=None, precision="float64"):
-    """A glass ball, alone or in another, over a lit checkerboard."""
-    tiles = ground("ground", -1, k_d=0.8, k_d_texture="tiles")
-    scene = of([tiles] + [ball(*b, k_t=1.0, refractive_index=n) for b, n in (inner, outer) if n], lights=[dw.PointLight((3, 5, 4), 1.0)],
+AWAY = (0.0, 0.0, 1e3)
+"""Behind the camera, where a ball is as good as absent but the compiled program is the same."""
+
+
+def balls_over_tiles(small=(AWAY, 1.0), large=(AWAY, 1.0), precision="float64"):
+    """Two clear balls, each with its place and index, over a lit checkerboard."""
+    scene = of([ground("ground", -1, k_d=0.8, k_d_texture="tiles"), ball("small", small[0], 0.5, k_t=1.0, refractive_index=small[1]),
+                ball("large", large[0], 0.9, k_t=1.0, refractive_index=large[1])], lights=[dw.PointLight((3, 5, 4), 1.0)],
                textures={"tiles": dw.Checker(((0.1, 0.2, 0.3), (1, 0.8, 0.6)), 0.7, "xz")}, shadows="tinted", max_depth=6, precision=precision)
-    return np.asarray(dw.render(scene, camera_of(scene, (0, 0.5, 4), (0, -0.12, -1), 50, 20, 15)))
+    camera = camera_of(scene, (0, 0.5, 4), (0, -0.12, -1), 50, 16, 12)
+    return np.asarray(dw.render(scene, camera, plan=make_plan(scene, camera, free=("small.refractive_index",))))
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_clear_glass_of_index_one_is_invisible(precision):
     """k_t = 1 and no change of index: the picture without the ball. Likewise a ball of water in water."""
-    none, glass, water = (("inner", (0.2, 0, 0.1), 0.5), 0), (("inner", (0.2, 0, 0.1), 0.5), 1.0), (("inner", (0.2, 0, 0.1), 0.5), 1.33)
-    drop = (("outer", (0, 0, 0), 0.9), 1.33)
-    nothing = (("outer", (0, 0, 0), 0.9), 0)
-    for one, other in ((balls_over_tiles(none, nothing, precision), balls_over_tiles(glass, nothing, precision)),
-                       (balls_over_tiles(none, drop, precision), balls_over_tiles(water, drop, precision))):
-        assert np.ptp(one) > 0.5
-        close = np.abs(one - other).max(axis=-1) < (1e-9 if precision == "float64" else 1e-4)
+    drop, place = ((0, 0, 0), 1.33), (0.2, 0, 0.1)
+    for without, with_ball in ((balls_over_tiles(precision=precision), balls_over_tiles((place, 1.0), precision=precision)),
+                               (balls_over_tiles(large=drop, precision=precision), balls_over_tiles((place, 1.33), drop, precision=precision))):
+        close = np.abs(without - with_ball).max(axis=-1) < (1e-9 if precision == "float64" else 1e-4)
+        # In float32 the rounding of a few rays falls on the other side of an edge.
         assert close.all() if precision == "float64" else close.mean() > 0.98
+    assert np.abs(balls_over_tiles(precision=precision) - balls_over_tiles((place, 1.33), precision=precision)).max() > 0.3
 
 
-def test_camera_inside_glass():
-    """From the centre of a ball all rays leave straight, those mirrored by way of the centre again: a geometric series."""
+def in_the_plane(angle):
+    return np.array([np.cos(angle), np.sin(angle), 0.0])
+
+
+@pytest.mark.parametrize("height", [0.0, 0.5])
+def test_camera_inside_glass(height):
+    """A ray that meets the inside of a ball at an angle i is thrown back by pi - 2 i, and leaves a part at each turn.
+
+    sin(i) is the distance from the centre over the radius, and 1.5 sin(i) the sine outside: a geometric series.
+    """
     scene = of([ball("glass", (1, 2, 3), 0.7, k_s=0.3, k_t=0.6, refractive_index=1.5)], max_depth=7)
-    for direction in ((0, 0.6, 0.8), (1, 0, 0), (0, -1, 0)):
-        bounce = np.arange(6)
-        expected = (0.6 * 0.3 ** bounce[:, None] * sky(direction[1] * (-1.0) ** bounce)).sum(axis=0)
-        np.testing.assert_allclose(seen(scene, (1, 2, 3), direction), expected, atol=1e-12)
-
-
-def test_camera_inside_glass_off_centre():
-    """Snell at the one surface: sin(r) = n sin(i), with sin(i) the camera's distance from the centre over the radius."""
-    scene = of([ball("glass", (0, 0, 0), 1, k_t=0.6, refractive_index=1.5)], max_depth=2)
-    i = np.arcsin(0.5)
-    leaves = np.arcsin(1.5 * 0.5) - i
-    np.testing.assert_allclose(seen(scene, (0.0, 0.5, 0.0), (1, 0, 0)), 0.6 * sky(np.sin(leaves)), atol=1e-12)
+    i = np.arcsin(height)
+    turn = np.arange(6) * -(np.pi - 2 * i)
+    out = i - np.arcsin(1.5 * height)
+    for start in (0.0, 1.0, -2.0):
+        expected = (0.6 * 0.3 ** np.arange(6)[:, None] * sky(np.sin(start + turn + out))).sum(axis=0)
+        origin = np.array([1, 2, 3]) + 0.7 * height * in_the_plane(start + np.pi / 2)
+        np.testing.assert_allclose(seen(scene, origin, in_the_plane(start)), expected, atol=1e-12)
 
 
 def test_glass_in_water_in_air():
@@ -140,40 +147,39 @@ def lit(position, **settings):
     return [dw.PointLight(position, (0.9, 0.8, 0.7), **settings)]
 
 
+@eqx.filter_jit
+def value_and_derivative_in_the_light(scene, camera):
+    def image(position):
+        return dw.render(eqx.tree_at(lambda s: s.lights[0].position, scene, position), camera)
+
+    return jax.jvp(image, (scene.lights[0].position,), (jnp.ones(3),))
+
+
 @pytest.mark.parametrize("position", [(0, 0, 0), (0, -2, 0), (5, 0, 0), (5, -1e-9, 0)], ids=["at the point", "behind", "in the plane", "just behind"])
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 50.0])
 def test_light_at_or_behind_the_surface(position, exponent):
     """Only ambient light is left, also where the highlight's exponent is 0; and its derivatives are finite."""
     scene = of([ground("ground", 0, k_a=0.1, k_d=0.5, k_h=0.6, phong_exponent=exponent)], lights=lit(position, attenuation=(0.0, 1.0, 0.0)), shadows="off")
-    camera = camera_of(scene, (0, 1, 0), (0, -1, 0))
-    np.testing.assert_allclose(dw.render(scene, camera)[0, 0], 0.1, atol=1e-12)
-
-    move = eqx.filter_jit(lambda s: jax.jvp(
-        lambda p: dw.render(eqx.tree_at(lambda s: s.lights[0].position, s, p), camera), (s.lights[0].position,), (jnp.ones(3),))[1])
-    assert np.isfinite(move(scene)).all()
+    value, slope = value_and_derivative_in_the_light(scene, camera_of(scene, (0, 1, 0), (0, -1, 0)))
+    np.testing.assert_allclose(value[0, 0], 0.1, atol=1e-12)
+    assert np.isfinite(slope).all()
 
 
-def test_light_inside_glass():
-    """Through a ball of glass with a light at its centre: the far side lit from within, and the ground beneath in its shadow."""
-    def looking(shadows, direction, origin):
-        scene = of([ball("glass", (0, 0, 0), 1, k_d=0.2, k_t=0.6, refractive_index=1.5), ground("ground", -2, k_d=0.5)], lights=lit((0, 0, 0)),
-                   background=dw.ConstantBackground((0.1, 0.2, 0.3)), shadows=shadows)
-        return seen(scene, origin, direction)
-
-    light, back = np.array([0.9, 0.8, 0.7]), np.array([0.1, 0.2, 0.3])
-    for shadows, below in (("opaque", 0.0), ("tinted", 0.6), ("off", 1.0)):
-        far_side = 0.6 * 0.2 * light
-        np.testing.assert_allclose(looking(shadows, (0, 0, -1), (0, 0, 4)), far_side + 0.6**2 * back, atol=1e-12)
-        # The ground at (4, -2, 0): N.L = 2 / sqrt(20)
-        np.testing.assert_allclose(looking(shadows, (0, -1, 0), (4, -1, 0)), below * 0.5 * light * 2 / np.sqrt(20), atol=1e-12)
+def glass_ball_over_ground(light, shadows, k_t):
+    return of([ball("glass", (0, 0, 0), 1, k_d=0.2, k_t=k_t, refractive_index=1.5), ground("ground", -2, k_d=0.5)], lights=lit(light),
+              background=GREY, shadows=shadows)
 
 
-@pytest.mark.parametrize("shadows, share", [("tinted", (0.81, 0.25, 0.0)), ("opaque", (0, 0, 0)), ("off", (1, 1, 1))])
-def test_shadow_of_a_glass_ball(shadows, share):
-    """Two surfaces are crossed on the way to the light: k_t squared, channel by channel."""
-    scene = of([ball("glass", (0, 2, 0), 1, k_t=(0.9, 0.5, 0.0)), ground("ground", 0, k_d=0.5)], lights=[dw.DirectionalLight((0, 3, 0), 0.8)], shadows=shadows)
-    np.testing.assert_allclose(seen(scene, (0, 0.5, 0), (0.3, -1, 0)), 0.4 * np.array(share), atol=1e-12)
-    np.testing.assert_allclose(seen(scene, (5, 0.5, 0), (0.3, -1, 0)), 0.4, atol=1e-12)
+@pytest.mark.parametrize("shadows, below, crossing", [("opaque", 0, 0), ("tinted", 1, 1), ("off", 1, 0)])
+def test_glass_between_ground_and_light(shadows, below, crossing):
+    """A light at the centre of a ball and one above it: one surface or two on the way, each with its k_t, by channel."""
+    light, k_t = np.array([0.9, 0.8, 0.7]), np.array([0.9, 0.5, 0.0])
+    inside, above = (glass_ball_over_ground(p, shadows, k_t) for p in ((0, 0, 0), (0, 9, 0)))
+    # The far side of the ball, lit from within and seen through the near side, and the background through both.
+    np.testing.assert_allclose(seen(inside, (0, 0, 4), (0, 0, -1)), k_t * 0.2 * light + k_t**2, atol=1e-12)
+    # The ground at (4, -2, 0), where N.L = 2 / sqrt(20), and straight below.
+    np.testing.assert_allclose(seen(inside, (4, -1, 0), (0, -1, 0)), below * k_t**crossing * 0.5 * light * 2 / np.sqrt(20), atol=1e-12)
+    np.testing.assert_allclose(seen(above, (-2, -1.5, 0), (2, -0.5, 0)), below * k_t ** (2 * crossing) * 0.5 * light, atol=1e-12)
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
@@ -184,28 +190,28 @@ def test_highlight_exponents(model, precision):
     for exponent in (0.0, 1.0, 1e6):
         scene = of([(dw.Plane("wall", (0, 0, 1), 0, "wall"), dw.Material(k_h=0.6, phong_exponent=exponent, highlight=model))],
                    lights=[dw.DirectionalLight((np.sin(2 * aside), 0, np.cos(2 * aside)), 0.5)], shadows="off", precision=precision)
-        expected = 0.3 * np.exp(exponent * np.log(np.cos(1e-3)))
-        np.testing.assert_allclose(seen(scene, (0, 0, 3), (0, 0, -1)), expected, rtol=1e-12 if precision == "float64" else 1e-3)
+        expected = 0.3 * np.exp(exponent * np.log1p(-2 * np.sin(5e-4) ** 2))
+        np.testing.assert_allclose(seen(scene, (0, 0, 3), (0, 0, -1)), expected, rtol=1e-11 if precision == "float64" else 1e-3)
+
+
+@jax.jit
+def highlights_at_a_right_angle(along, exponent):
+    """(V.R) with the light at the eye, 45 degrees off; (N.H) of two lights in the surface, one opposite to the eye."""
+    one, zero = jnp.sqrt(0.5), jnp.zeros(())
+    normal, to_eye = Vec3(zero, 1 + zero, zero), Vec3(one, one, zero)
+    eye_in_surface = Vec3(zero, zero, 1 + zero)
+    lights = Vec3(along, zero, jnp.sqrt(1 - along**2)), -eye_in_surface
+    return jnp.stack([reflected_highlight(normal, to_eye, -to_eye, exponent), *(halfway_highlight(normal, light, -eye_in_surface, exponent) for light in lights)])
 
 
 @pytest.mark.parametrize("exponent, value", [(0.0, 1.0), (1.0, 0.0), (1e6, 0.0)])
 def test_highlight_at_a_right_angle(exponent, value):
-    """V.R = 0 with the light at the eye, 45 degrees off: 0 ** n. N.H = 0 needs a light at the surface, which is unlit."""
-    one = np.sqrt(0.5)
-    normal, to_eye = vec3(jnp.asarray([0.0, 1.0, 0.0])), vec3(jnp.asarray([one, one, 0.0]))
-
-    def highlights(along, exponent):
-        light = vec3(jnp.stack([along, jnp.zeros_like(along), jnp.sqrt(1 - along**2)]))
-        across = vec3(jnp.asarray([0.0, 0.0, 1.0]))
-        opposite = vec3(jnp.asarray([0.0, 0.0, -1.0]))
-        return jnp.stack([reflected_highlight(normal, to_eye, -to_eye, exponent), halfway_highlight(normal, light, -across, exponent),
-                          halfway_highlight(normal, across, -opposite, exponent)])
-
+    """V.R = 0 gives 0 ** n; N.H = 0 needs a light in the surface, which is unlit. The derivatives are finite."""
     arguments = (jnp.asarray(0.6), jnp.asarray(exponent))
     # cos(90 degrees) is 1e-16 in floating point, as good as 0
-    np.testing.assert_allclose(highlights(*arguments), [value, 0, 0], atol=1e-15)
+    np.testing.assert_allclose(highlights_at_a_right_angle(*arguments), [value, 0, 0], atol=1e-15)
     for mode in (jax.jacfwd, jax.jacrev):
-        assert all(np.isfinite(d).all() for d in mode(highlights, argnums=(0, 1))(*arguments))
+        assert all(np.isfinite(d).all() for d in mode(highlights_at_a_right_angle, argnums=(0, 1))(*arguments))
 
 
 # Shapes
@@ -251,7 +257,8 @@ def test_touching_spheres_in_a_furnace(shift):
     """
     scene = of([ball("glass", (-0.7, 0, 0), 0.7, k_a=0.6, k_s=0.1, k_t=0.3, refractive_index=1.3), ball("metal", (0.5, 0, 0), 0.5, k_a=0.6, k_s=0.4),
                 ground("ground", -0.7, k_a=0.6, k_s=0.4)], background=GREY, max_depth=12)
-    image = dw.render(scene, camera_of(scene, (*shift, 6), (0, 0, -1), 30, 15, 15))
+    camera = camera_of(scene, (*shift, 6), (0, 0, -1), 30, 15, 15)
+    image = dw.render(scene, camera, plan=make_plan(scene, camera, capacity=30 * 15 * 15))
     assert (np.asarray(image) <= 1 + 1e-12).all() and (np.asarray(image) >= 1 - 0.4**12).all()
 
 
@@ -264,7 +271,7 @@ def test_a_scaled_scene_is_the_same_picture(scale, precision):
                     ball("metal", np.array([1.2, -0.5, -1]) * scale, 0.5 * scale, k_d=0.1, k_s=0.8), ground("ground", -1 * scale, k_d=0.8, k_d_texture="tiles"),
                     (dw.Polygon("sheet", np.array([(-3, -1, -2), (-1, -1, -3), (-2, 2, -2.5)]) * scale, "sheet"), dw.Material(k_d=0.5))],
                    lights=lit(np.array([3, 5, 4]) * scale), textures={"tiles": dw.Checker(((0.2, 0.2, 0.2), (1, 1, 1)), 0.8 * scale, "xz")}, precision=precision)
-        return np.asarray(dw.render(scene, camera_of(scene, np.array([0, 0.6, 5]) * scale, np.array([0, -0.1, -1]) * scale, 45, 24, 18)))
+        return np.asarray(dw.render(scene, camera_of(scene, np.array([0, 0.6, 5]) * scale, np.array([0, -0.1, -1]) * scale, 45, 16, 12)))
 
     same = np.abs(picture(scale) - picture(1.0)).max(axis=-1) < (1e-8 if precision == "float64" else 1e-3)
     # In float32 the rounding of a few rays falls on the other side of an edge.
@@ -276,23 +283,24 @@ def test_a_scaled_scene_is_the_same_picture(scale, precision):
 
 def test_the_camera_ray_is_depth_one():
     """A ray past the last depth is black, not the background: a mirror needs depth 2, a ball of glass depth 3."""
-    mirror, glass = of([ground("mirror", 0, k_a=0.1, k_s=0.5)]), of([ball("glass", (0, 0, 0), 1, k_t=0.5)])
-    for depth, expected in ((1, 0.1 * np.ones(3)), (2, 0.1 + 0.5 * sky(1.0)), (5, 0.1 + 0.5 * sky(1.0))):
-        np.testing.assert_allclose(seen(mirror, (0, 1, 0), (0, -1, 0), max_depth=depth), expected, atol=1e-12)
-    for depth, expected in ((1, np.zeros(3)), (2, np.zeros(3)), (3, 0.25 * sky(0.0))):
-        np.testing.assert_allclose(seen(glass, (0, 0, 4), (0, 0, -1), max_depth=depth), expected, atol=1e-12)
-    np.testing.assert_allclose(seen(glass, (0, 4, 4), (0, 0, -1), max_depth=1), sky(0.0), atol=1e-12)
+    scene = of([ground("mirror", 0, k_a=0.1, k_s=0.5), ball("glass", (0, 5, 0), 1, k_t=0.5)])
+    for depth in (1, 2, 3):
+        mirrored = 0.1 + (0.5 * sky(1.0) if depth > 1 else np.zeros(3))
+        refracted = 0.25 * sky(0.0) if depth > 2 else np.zeros(3)
+        np.testing.assert_allclose(seen(scene, (3, 1, 0), (0, -1, 0), max_depth=depth), mirrored, atol=1e-12)
+        np.testing.assert_allclose(seen(scene, (0, 5, 4), (0, 0, -1), max_depth=depth), refracted, atol=1e-12)
+        np.testing.assert_allclose(seen(scene, (3, 5, 4), (0, 0, -1), max_depth=depth), sky(0.0), atol=1e-12)
 
 
 def mirrored_view(width, height, precision="float64"):
     """A mirror seen from above and the picture that algebra gives: half the sky along the mirrored ray."""
     scene = of([ground("mirror", -1, k_s=0.5)], precision=precision)
-    camera = camera_of(scene, (0, 0, 0), (0.1, -2, -1), 40, width, height)
+    camera = camera_of(scene, (0, 0, 0), (0.1, -2, -1), 2, width, height)
     ray = camera.pixel_rays(jnp.arange(width * height), jnp.asarray([0.5, 0.5], scene.dtype))
     return scene, camera, 0.5 * sky(-np.asarray(ray.direction.y)).reshape(height, width, 3)
 
 
-@pytest.mark.parametrize("width, height", [(1, 1), (13, 7), (64, 1), (1, 65), (301, 229)])
+@pytest.mark.parametrize("width, height", [(1, 1), (13, 7), (65, 1), (301, 229)])
 def test_pictures_of_any_size(width, height):
     """One pixel, less and more than a block of rays, and more than one pass of them."""
     scene, camera, expected = mirrored_view(width, height)
@@ -328,15 +336,12 @@ def crowded():
 def test_no_ray_is_dropped_in_silence():
     """Too little room: an error with a plan, more room without one; a plan that is made for the scene has enough."""
     scene, camera = crowded()
-    small = make_plan(scene, camera, capacity=1)
-    assert small.capacity < 11 * 16 * 12
+    needed = 11 * 16 * 12
+    small = make_plan(scene, camera, capacity=int(1.5 * 16 * 12))
+    assert small.capacity < needed <= dw.plan(scene, camera).capacity < 1.5 * needed
     with pytest.raises(dw.CapacityError, match=f"more room than the plan's {small.capacity} rays.*diffwhitted.plan"):
         dw.render(scene, camera, plan=small)
-    expected = 0.1 * (1 - 0.5**12) / 0.5
-    np.testing.assert_allclose(dw.render(scene, camera), expected, rtol=1e-12)
-    enough = dw.plan(scene, camera)
-    assert 11 * 16 * 12 <= enough.capacity < 1.5 * 11 * 16 * 12
-    np.testing.assert_allclose(dw.render(scene, camera, plan=enough), expected, rtol=1e-12)
+    np.testing.assert_allclose(dw.render(scene, camera), 0.1 * (1 - 0.5**12) / 0.5, rtol=1e-12)
 
 
 def test_too_little_room_is_an_error_under_jit():

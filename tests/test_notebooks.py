@@ -7,7 +7,7 @@ from pathlib import Path
 
 import nbformat
 import pytest
-from jupyter_client.kernelspec import KernelSpec, KernelSpecManager
+from jupyter_client.kernelspec import KernelSpec
 from jupyter_client.manager import AsyncKernelManager
 from nbclient import NotebookClient
 
@@ -19,10 +19,11 @@ SECONDS = 600
 """For one cell, on a busy machine."""
 
 
-class ThisPython(KernelSpecManager):
-    """Every kernel is the Python that runs the tests, whether or not it is registered with Jupyter."""
+class ThisPython(AsyncKernelManager):
+    """The kernel is the Python that runs the tests, whether or not it is registered with Jupyter."""
 
-    def get_kernel_spec(self, kernel_name):
+    @property
+    def kernel_spec(self):
         return KernelSpec(argv=[sys.executable, "-m", "ipykernel_launcher", "-f", "{connection_file}"], language="python")
 
 
@@ -33,11 +34,8 @@ def executed(path: Path, folder: Path, monkeypatch):
     for variable in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "MPLCONFIGDIR"):
         monkeypatch.setenv(variable, str(folder / variable))
     notebook = nbformat.read(folder / "notebooks" / path.name, as_version=4)
-    for cell in notebook.cells:
-        cell.pop("outputs", None) if cell.cell_type != "code" else cell.update(outputs=[], execution_count=None)
-    manager = AsyncKernelManager(kernel_spec_manager=ThisPython())
     resources = {"metadata": {"path": str(folder / "notebooks")}}
-    return NotebookClient(notebook, km=manager, timeout=SECONDS, resources=resources).execute()
+    return NotebookClient(notebook, kernel_manager_class=ThisPython, timeout=SECONDS, resources=resources).execute()
 
 
 def outputs(notebook):

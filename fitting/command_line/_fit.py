@@ -83,7 +83,7 @@ def fit(
         targets = read_targets(loaded, target, mask or [], camera, noise, note=progress.note)
         given_start, given_bounds, true = checked_values(loaded, free, start or [], bounds or [], truth)
         check_folder(out)
-        progress.say("compiling")
+        progress.say("compiling; less to do next time")
         result = run_fit(
             loaded, targets, free, start=given_start, bounds=given_bounds, starts=starts, samples=samples,
             max_depth=depth, max_steps=max_steps, on_step=lambda step: progress.step(step, starts))

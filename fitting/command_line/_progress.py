@@ -45,7 +45,7 @@ class Progress:
         """Show a step of a fit, one of `starts` runs."""
         self._starts += step.step == 0
         which = f"start {self._starts} of {starts}, " if starts > 1 else ""
-        self.say(f"fitting: {which}step {step.step + 1}, loss {step.loss:.4g}")
+        self.say(f"fitting: {which}step {step.step + 1}, loss {step.loss:.4g}; Ctrl-C stops with the best so far")
 
     def _line(self) -> Any:
         from rich.text import Text
