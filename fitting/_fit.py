@@ -45,7 +45,7 @@ def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float
     """
     begun = time.perf_counter()
     targets = as_targets(scene, targets)
-    names, passed_over = free_coefficients(scene, free)
+    names, passed_over = free_coefficients(scene, free, max_depth)
     unknowns = list_unknowns(scene, names, bounds)
     first = start_values(scene, unknowns, start)
     if starts < 1:

@@ -66,7 +66,7 @@ def _checked(scene: Scene, target: Target) -> Target:
     bad = ~np.isfinite(image).all(axis=2) & (mask > 0)
     if bad.any():
         row, column = np.argwhere(bad)[0]
-        raise FitError(f"{place}: {bad.sum()} pixels are NaN or infinite, the first in row {row}, column {column}; "
+        raise FitError(f"{place}: {bad.sum()} pixel(s) are NaN or infinite, the first in row {row}, column {column}; "
                        "mask them (mask 0), or repair the picture")
     image = np.where((mask > 0)[..., None], image, 0)
     return Target(image, name, mask, _checked_noise(target.noise, size, place))

@@ -31,7 +31,7 @@ class Unknown:
         return self.coefficient if self.channel is None else f"{self.coefficient}.{CHANNELS[self.channel]}"
 
 
-def free_coefficients(scene: Scene, patterns: Sequence[str]) -> tuple[tuple[str, ...], tuple[tuple[str, str], ...]]:
+def free_coefficients(scene: Scene, patterns: Sequence[str], max_depth: int | None = None) -> tuple[tuple[str, ...], tuple[tuple[str, str], ...]]:
     """The coefficients that the patterns name, in the order of the scene, and those passed over with the reason.
 
     A pattern with a wildcard passes over coefficients that cannot change the image. Raises `FitError`
@@ -51,7 +51,7 @@ def free_coefficients(scene: Scene, patterns: Sequence[str]) -> tuple[tuple[str,
         chosen += matches
         plain |= {name for name in matches if not set(pattern) & set("*?[")}
     names = [name for name in known if name in chosen]
-    idle = {name: why for name in names if (why := _without_effect(scene, name, names))}
+    idle = {name: why for name in names if (why := _without_effect(scene, name, names, max_depth or scene.max_depth))}
     for name in sorted(plain & set(idle)):
         raise FitError(f"free: {name} = {_shown(coefficient_value(scene, name))} has no effect on the image: {idle[name]}")
     names = [name for name in names if name not in idle]
@@ -130,7 +130,7 @@ def _checked_bounds(unknown: Unknown, ends) -> tuple[float, float]:
     return low, high
 
 
-def _without_effect(scene: Scene, name: str, free: Sequence[str]) -> str | None:
+def _without_effect(scene: Scene, name: str, free: Sequence[str], max_depth: int) -> str | None:
     """Why a coefficient cannot change the image whatever its value, or None."""
     material, _, coefficient = name.rpartition(".")
     record = scene.materials[material]
@@ -152,7 +152,7 @@ def _without_effect(scene: Scene, name: str, free: Sequence[str]) -> str | None:
         return f"{material}.k_h = 0, so there is no highlight; give k_h a value or free it too"
     if coefficient == "refractive_index" and not at_work("k_t"):
         return f"{material}.k_t = 0, so no light passes through; give k_t a value or free it too"
-    if coefficient in ("k_t", "refractive_index", "k_s") and scene.max_depth == 1:
+    if coefficient in ("k_t", "refractive_index", "k_s") and max_depth == 1:
         if coefficient == "k_s" and record.k_h is None and record.highlight != "off" and scene.lights:
             return None
         return "max_depth = 1: there are only camera rays; raise max_depth"

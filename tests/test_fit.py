@@ -167,7 +167,7 @@ def test_several_starts_end_at_the_best():
     (dict(free=["floor.refractive_index"]), ["floor.refractive_index", "k_t = 0"]),
     (dict(targets=np.zeros((3, 4, 3))), ["4x3", "40x30"]),
     (dict(targets=np.zeros((30, 40))), ["(30, 40)", "(height, width, 3)"]),
-    (dict(targets=np.full((30, 40, 3), np.nan)), ["1200 pixels are NaN", "row 0, column 0", "mask"]),
+    (dict(targets=np.full((30, 40, 3), np.nan)), ["1200 pixel(s) are NaN", "row 0, column 0", "mask"]),
     (dict(targets={"back": np.zeros((30, 40, 3))}), ["back", "main, side"]),
     (dict(targets=fitting.Target(np.zeros((30, 40, 3)), mask=np.zeros((30, 40)))), ["mask leaves no pixel"]),
     (dict(targets=fitting.Target(np.zeros((30, 40, 3)), noise=-1.0)), ["noise", "> 0"]),

@@ -1,0 +1,33 @@
+"""All benchmarks, each in a fresh process: one table, and `results.json` beside this file.
+
+`python -m benchmarks [NAME ...]` runs all of them or those that are named. Exit code 1 where a target is missed.
+"""
+
+import os
+import sys
+
+from . import compile, derivatives, fit, forward, memory
+from ._figures import Figure, machine, save, show
+from ._fresh import figures_of
+from ._scene import FOLDER
+
+BENCHMARKS = {"forward": forward, "derivatives": derivatives, "compile": compile, "fit": fit, "memory": memory}
+
+
+def main(names: list[str]) -> int:
+    unknown = sorted(set(names) - set(BENCHMARKS))
+    if unknown:
+        print(f"no benchmark {', '.join(unknown)}; there is {', '.join(BENCHMARKS)}", file=sys.stderr)
+        return 2
+    print(", ".join(f"{key} {value}" for key, value in machine().items()) + f"; load average {os.getloadavg()[0]:.1f}")
+    results: dict[str, list[Figure]] = {}
+    for name in names or BENCHMARKS:
+        results[name] = figures_of(name)
+        show(name, results[name])
+    if not names:
+        save(FOLDER / "results.json", results)
+    return int(any(f.verdict == "short" for figures in results.values() for f in figures))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
