@@ -15,7 +15,7 @@ demo: $(READY)
 		--truth examples/three_spheres_truth.toml --out demo-output
 
 test: $(READY)
-	$(VENV)/bin/python -m pytest -q -n 2
+	$(VENV)/bin/python -m pytest -q -n 2 --dist loadfile --durations=15
 
 benchmark: $(READY)
 	$(VENV)/bin/python -m benchmarks

@@ -6,12 +6,11 @@
 import os
 import sys
 
-from . import compile, derivatives, fit, forward, memory
 from ._figures import Figure, machine, save, show
 from ._fresh import figures_of
 from ._scene import FOLDER
 
-BENCHMARKS = {"forward": forward, "derivatives": derivatives, "compile": compile, "fit": fit, "memory": memory}
+BENCHMARKS = ("forward", "derivatives", "compile", "fit", "memory")
 
 
 def main(names: list[str]) -> int:
@@ -22,8 +21,9 @@ def main(names: list[str]) -> int:
     print(", ".join(f"{key} {value}" for key, value in machine().items()) + f"; load average {os.getloadavg()[0]:.1f}")
     results: dict[str, list[Figure]] = {}
     for name in names or BENCHMARKS:
+        print(f"{name} ...", flush=True)
         results[name] = figures_of(name)
-        show(name, results[name])
+    show(results)
     if not names:
         save(FOLDER / "results.json", results)
     return int(any(f.verdict == "short" for figures in results.values() for f in figures))

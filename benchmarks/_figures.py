@@ -3,12 +3,14 @@
 import json
 import os
 import platform
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 
+from rich.box import SIMPLE
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 LIBRARIES = ("jax", "jaxlib", "equinox", "optimistix", "numpy")
@@ -49,26 +51,25 @@ def _processor() -> str:
     return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), platform.machine())
 
 
-def show(title: str, figures: Sequence[Figure]) -> None:
-    """Print the figures as a table."""
-    table = Table("figure", "value", "target", "", "beside it", title=title, title_justify="left")
-    for f in figures:
-        colour = {"ok": "green", "short": "red"}.get(f.verdict, "dim")
-        value = "-" if f.value is None else f"{f.value:.3g} {f.unit}".strip()
-        target = "" if f.at_most is None else f"<= {f.at_most:g}"
-        table.add_row(f.name, value, target, f"[{colour}]{f.verdict}[/]", f.note)
-    Console(width=None if os.isatty(1) else 160).print(table)
+def show(results: Mapping[str, Sequence[Figure]]) -> None:
+    """Print the figures of all benchmarks as one table."""
+    table = Table("", "figure", "value", "target", "", "beside it", box=SIMPLE, padding=(0, 1))
+    for name, figures in results.items():
+        for number, f in enumerate(figures):
+            colour = {"ok": "green", "short": "red"}.get(f.verdict, "dim")
+            value = "-" if f.value is None else f"{f.value:.3g} {f.unit}".strip()
+            target = "" if f.at_most is None else f"<= {f.at_most:g}"
+            table.add_row("" if number else name, f.name, value, target, f"[{colour}]{f.verdict}[/]", escape(f.note))
+        table.add_section()
+    console = Console()
+    console.width = max(console.width, 150)
+    console.print(table)
 
 
-def save(path: Path, results: dict[str, Sequence[Figure]]) -> None:
+def save(path: Path, results: Mapping[str, Sequence[Figure]]) -> None:
     """All figures and the machine as JSON, written whole or not at all."""
     content = {"machine": machine(), "load_average": os.getloadavg()[0],
                "figures": {name: [asdict(f) | {"verdict": f.verdict} for f in figures] for name, figures in results.items()}}
     part = path.with_suffix(".part")
     part.write_text(json.dumps(content, indent=1) + "\n")
     part.replace(path)
-
-
-def run(title: str, measure: Callable[[], list[Figure]]) -> None:
-    """What `python -m benchmarks.NAME` does."""
-    show(title, measure())

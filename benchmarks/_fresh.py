@@ -1,4 +1,4 @@
-"""Measurements that need a process of their own: cold compiles and peak memory."""
+"""Fresh processes: for cold compiles, for peak memory, and so that no benchmark disturbs the next."""
 
 import json
 import os
@@ -6,27 +6,43 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 
+from ._figures import Figure, show
 from ._scene import FOLDER
 
+JSON = "--json"
 
-def in_fresh_process(module: str, *arguments: object) -> dict:
+
+def run(name: str, measure: Callable[[], list[Figure]], part: Callable[..., dict] | None = None) -> None:
+    """What `python -m benchmarks.NAME` does: measure and print a table.
+
+    With `--json` it prints the figures as JSON; with other arguments it is the process of a `part`, and prints
+    what that finds.
+    """
+    arguments = sys.argv[1:]
+    if arguments == [JSON]:
+        print(json.dumps([asdict(figure) for figure in measure()]))
+    elif arguments and part is not None:
+        print(json.dumps(part(*arguments)))
+    else:
+        show({name: measure()})
+
+
+def in_fresh_process(module: str, *arguments: object):
     """What `python -m benchmarks.MODULE ARGUMENTS` answers, without a persistent compilation cache."""
     environment = os.environ | {"JAX_ENABLE_COMPILATION_CACHE": "false"}
     done = subprocess.run([sys.executable, "-m", f"benchmarks.{module}", *map(str, arguments)], cwd=FOLDER.parent,
-                          capture_output=True, text=True, env=environment)
+                          stdout=subprocess.PIPE, text=True, env=environment)
     if done.returncode:
-        raise RuntimeError(f"benchmarks.{module} {arguments}: {done.stderr.strip()[-1000:]}")
+        raise SystemExit(f"benchmarks.{module} {' '.join(map(str, arguments))} ended with {done.returncode}")
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def answer(measure: Callable[..., dict]) -> bool:
-    """Where this is such a process, print what `measure` finds for its arguments."""
-    if len(sys.argv) < 2:
-        return False
-    print(json.dumps(measure(*sys.argv[1:])))
-    return True
+def figures_of(name: str) -> list[Figure]:
+    """The figures of one benchmark."""
+    return [Figure(**figure) for figure in in_fresh_process(name, JSON)]
 
 
 def peak_memory() -> float:

@@ -10,8 +10,8 @@ import diffwhitted
 import fitting
 
 from . import _mitsuba
-from ._figures import Figure, run
-from ._fresh import answer, in_fresh_process
+from ._figures import Figure
+from ._fresh import in_fresh_process, run
 from ._scene import CAMERA, FOLDER, TARGET_SIZE, UNKNOWNS, three_spheres
 
 SECONDS_TARGET, ERROR_TARGET, POVRAY_TARGET = 8.0, 1e-5, 0.02
@@ -86,5 +86,5 @@ def _error(coefficient: fitting.FittedCoefficient, truth) -> float:
     return float(error / value if full.endswith("exponent") else error)
 
 
-if __name__ == "__main__" and not answer(_fitted):
-    run("fit", measure)
+if __name__ == "__main__":
+    run("fit", measure, _fitted)

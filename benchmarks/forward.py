@@ -6,7 +6,8 @@ import numpy as np
 import diffwhitted
 
 from . import _mitsuba, _povray
-from ._figures import Figure, run
+from ._figures import Figure
+from ._fresh import run
 from ._scene import CAMERA, POVRAY_FILE, rmse, three_spheres
 from ._timing import Seconds, timed
 
