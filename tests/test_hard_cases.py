@@ -85,25 +85,22 @@ AWAY = (0.0, 0.0, 1e3)
 """Behind the camera, where a ball is as good as absent but the compiled program is the same."""
 
 
-def balls_over_tiles(small=(AWAY, 1.0), large=(AWAY, 1.0), precision="float64"):
+def balls_over_tiles(small=(AWAY, 1.0), large=(AWAY, 1.0)):
     """Two clear balls, each with its place and index, over a lit checkerboard."""
     scene = of([ground("ground", -1, k_d=0.8, k_d_texture="tiles"), ball("small", small[0], 0.5, k_t=1.0, refractive_index=small[1]),
                 ball("large", large[0], 0.9, k_t=1.0, refractive_index=large[1])], lights=[dw.PointLight((3, 5, 4), 1.0)],
-               textures={"tiles": dw.Checker(((0.1, 0.2, 0.3), (1, 0.8, 0.6)), 0.7, "xz")}, shadows="tinted", max_depth=6, precision=precision)
+               textures={"tiles": dw.Checker(((0.1, 0.2, 0.3), (1, 0.8, 0.6)), 0.7, "xz")}, shadows="tinted", max_depth=6)
     camera = camera_of(scene, (0, 0.5, 4), (0, -0.12, -1), 50, 16, 12)
     return np.asarray(dw.render(scene, camera, plan=make_plan(scene, camera, free=("small.refractive_index",))))
 
 
-@pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_clear_glass_of_index_one_is_invisible(precision):
+def test_clear_glass_of_index_one_is_invisible():
     """k_t = 1 and no change of index: the picture without the ball. Likewise a ball of water in water."""
-    drop, place = ((0, 0, 0), 1.33), (0.2, 0, 0.1)
-    for without, with_ball in ((balls_over_tiles(precision=precision), balls_over_tiles((place, 1.0), precision=precision)),
-                               (balls_over_tiles(large=drop, precision=precision), balls_over_tiles((place, 1.33), drop, precision=precision))):
-        close = np.abs(without - with_ball).max(axis=-1) < (1e-9 if precision == "float64" else 1e-4)
-        # In float32 the rounding of a few rays falls on the other side of an edge.
-        assert close.all() if precision == "float64" else close.mean() > 0.98
-    assert np.abs(balls_over_tiles(precision=precision) - balls_over_tiles((place, 1.33), precision=precision)).max() > 0.3
+    place, drop = (0.2, 0, 0.1), ((0, 0, 0), 1.33)
+    nothing = balls_over_tiles()
+    np.testing.assert_allclose(balls_over_tiles((place, 1.0)), nothing, atol=1e-9)
+    np.testing.assert_allclose(balls_over_tiles((place, 1.33), drop), balls_over_tiles(large=drop), atol=1e-9)
+    assert np.abs(balls_over_tiles((place, 1.33)) - nothing).max() > 0.3
 
 
 def in_the_plane(angle):
@@ -233,7 +230,7 @@ def test_tiny_sphere_far_away():
 
 
 def test_hall_of_mirrors():
-    """Between two mirrors that glow with 0.1: the geometric series, and its derivative in k_s."""
+    """Between two mirrors that glow with 0.1: the geometric series, and its derivative in k_s. Under `jit` without a plan."""
     def glow(k_s):
         scene = of([ground("floor", -1, k_a=0.1, k_s=0.5), ground("ceiling", 1, normal=(0, 1, 0), k_a=0.1, k_s=0.5)], max_depth=12)
         for name in ("floor.k_s", "ceiling.k_s"):
@@ -300,7 +297,7 @@ def mirrored_view(width, height, precision="float64"):
     return scene, camera, 0.5 * sky(-np.asarray(ray.direction.y)).reshape(height, width, 3)
 
 
-@pytest.mark.parametrize("width, height", [(1, 1), (13, 7), (65, 1), (301, 229)])
+@pytest.mark.parametrize("width, height", [(1, 1), (13, 7), (301, 229)])
 def test_pictures_of_any_size(width, height):
     """One pixel, less and more than a block of rays, and more than one pass of them."""
     scene, camera, expected = mirrored_view(width, height)
@@ -352,16 +349,9 @@ def test_too_little_room_is_an_error_under_jit():
         shaded(jnp.asarray(0.1)).block_until_ready()
 
 
-def test_without_a_plan_jit_makes_room_for_the_worst_case():
-    scene, camera = crowded()
-    shaded = jax.jit(lambda k: dw.render(dw.replace_coefficient(scene, "floor.k_a", k), camera, max_depth=5))
-    np.testing.assert_allclose(shaded(jnp.asarray(0.1)), 0.1 * (1 - 0.5**5) / 0.5, rtol=1e-12)
-
-
-@pytest.mark.parametrize("precision, other", [("float32", "float64"), ("float64", "float32")])
-def test_a_camera_of_another_precision(precision, other):
+def test_a_camera_of_another_precision():
     """A camera that is not one of the scene's own: the scene decides the precision."""
-    scene, camera, expected = mirrored_view(4, 3, precision)
-    image = dw.render(scene, jax.tree.map(lambda a: a.astype(other), camera))
-    assert image.dtype == precision
+    scene, camera, expected = mirrored_view(4, 3, "float32")
+    image = dw.render(scene, jax.tree.map(lambda a: a.astype("float64"), camera))
+    assert image.dtype == "float32"
     np.testing.assert_allclose(image, expected, atol=1e-6)
