@@ -16,7 +16,7 @@ from ._scene import CAMERA, FOLDER, TARGET_SIZE, UNKNOWNS, three_spheres
 
 SECONDS_TARGET, ERROR_TARGET, POVRAY_TARGET = 8.0, 1e-5, 0.02
 RUNS = 3
-POVRAY_PICTURES = tuple(FOLDER.parent / folder / "three_spheres.exr" for folder in ("tests/targets", "examples", "benchmarks"))
+POVRAY_PICTURES = tuple(FOLDER.parent / name for name in ("tests/targets/three_spheres.exr", "examples/three_spheres_povray.exr"))
 
 
 def measure() -> list[Figure]:

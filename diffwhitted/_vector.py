@@ -79,6 +79,8 @@ def lookup(table, index: Int[Array, "*n"]):
 
 def _lookup_column(column, index):
     rows = column.shape[0]
+    if rows == 0:
+        return jnp.zeros(jnp.shape(index), column.dtype)
     if rows > SMALL_TABLE or column.ndim > 1:
         return jnp.take(column, index, axis=0, mode="clip")
     value = jnp.broadcast_to(column[0], jnp.shape(index))
