@@ -29,6 +29,7 @@ def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: i
     fit the scene and camera (not seen where they are traced), and `CapacityError` where its room for rays is
     too small; no ray is dropped in silence.
     """
+    camera = _in_precision(camera, scene)
     given = plan is not None
     traced = any(map(is_traced, jax.tree.leaves((scene, camera))))
     if given:
@@ -51,12 +52,18 @@ def plan(scene: Scene, camera: Camera, *, free: tuple[str, ...] = (), max_depth:
 
     `free` names coefficients ("glass.k_s") whose derivative is wanted although they may be zero now.
     """
+    camera = _in_precision(camera, scene)
     guess = make_plan(scene, camera, free=free, max_depth=max_depth, capacity=likely_room(camera))
     while True:
         needed = int(np.max(record_passes(scene, camera, guess).descendants))
         if needed <= guess.capacity:
             return guess.with_capacity(int(1.1 * needed))
         guess = guess.with_capacity(2 * needed)
+
+
+def _in_precision(camera: Camera, scene: Scene) -> Camera:
+    """The camera in the precision of the scene, which decides."""
+    return jax.tree.map(lambda a: a.astype(scene.dtype), camera)
 
 
 def _check(plan: Plan, scene: Scene, camera: Camera, traced: bool):
