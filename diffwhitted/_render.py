@@ -6,10 +6,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from ._errors import CapacityError, SceneError
-from ._vector import Vec3
+from ._workers import side_by_side
 from .image import gathered
 from .scene import Camera, Scene, is_traced, tabulate
 from .tree import Plan, Record, likely_room, make_plan, record, replay
@@ -36,10 +36,12 @@ def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: i
         _check(plan, scene, camera, traced)
     else:
         plan = make_plan(scene, camera, max_depth=max_depth, capacity=None if traced else likely_room(camera))
-    while True:
+    if traced:
         image, needed = render_passes(scene, camera, plan, samples)
-        if is_traced(needed):
-            return eqx.error_if(image, needed > plan.capacity, _too_small(plan))
+        return eqx.error_if(image, needed > plan.capacity, _too_small(plan))
+    while True:
+        passes = side_by_side(lambda number: render_pass(scene, camera, plan, number, samples), list(_pass_numbers(plan)))
+        image, needed = _assembled(passes, camera)
         if int(needed) <= plan.capacity:
             return image
         if given:
@@ -75,21 +77,31 @@ def _check(plan: Plan, scene: Scene, camera: Camera, traced: bool):
 
 
 @eqx.filter_jit
-def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
-    """The image (height, width, 3), and the most rays other than camera rays that one pass needs."""
+def render_pass(scene: Scene, camera: Camera, plan: Plan, number: Int[Array, ""], samples: int = 1):
+    """One pass of the picture, (3, plan.pass_pixels), and how many rays other than camera rays it needs."""
     tables = tabulate(scene)
     offsets = jnp.asarray((np.arange(samples) + 0.5) / samples, scene.dtype)
     column, row = (g.reshape(-1) for g in jnp.meshgrid(offsets, offsets))
 
-    def one_pass(number):
-        def one_sample(offset):
-            tree = record(tables, camera, plan, number, offset)
-            return replay(tables, camera, tree, plan, number, offset).stacked(axis=0), tree.descendants
+    def one_sample(offset):
+        tree = record(tables, camera, plan, number, offset)
+        return replay(tables, camera, tree, plan, number, offset).stacked(axis=0), tree.descendants
 
-        film, needed = jax.lax.map(one_sample, jnp.stack([column, row], axis=1))
-        return film.mean(axis=0), needed.max()
+    film, needed = jax.lax.map(one_sample, jnp.stack([column, row], axis=1))
+    return film.mean(axis=0), needed.max()
 
-    film, needed = jax.lax.map(one_pass, _pass_numbers(plan))
+
+@eqx.filter_jit
+def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
+    """The image (height, width, 3), and the most rays other than camera rays that one pass needs."""
+    film, needed = jax.lax.map(lambda number: render_pass(scene, camera, plan, number, samples), _pass_numbers(plan))
+    return gathered(film, camera.height, camera.width), needed.max()
+
+
+@eqx.filter_jit
+def _assembled(passes, camera: Camera):
+    """What `render_passes` gives, from the results of `render_pass`."""
+    film, needed = (jnp.stack(part) for part in zip(*passes, strict=True))
     return gathered(film, camera.height, camera.width), needed.max()
 
 

@@ -6,12 +6,15 @@ from math import ceil
 
 import numpy as np
 
+from .._workers import processors
 from ..scene import Camera, Plane, Scene, Sphere, is_traced, material_names, numbered_objects, texture_names
 from ._effects import Effects, as_effects, calls_for, decide_effects
 
 CAMERA_BLOCK = 2**15
 CHILD_BLOCK = 2**13
-PIXELS_PER_PASS = 2**16
+MOST_PIXELS_A_PASS = 160 * 1024
+FEWEST_PIXELS_A_PASS = 2**14
+"""A picture smaller than two of these is one pass; a larger one has a pass for each processor, or more."""
 WORST_CASE_LIMIT = 2**24
 LIKELY_DESCENDANTS = 1.5
 """Rays other than camera rays that a pixel is first given room for; more room costs memory, hardly time."""
@@ -121,12 +124,15 @@ def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_d
 
 def likely_room(camera: Camera) -> int:
     """Room for descendants in one pass that most scenes do not exceed: a capacity to try first."""
-    return int(LIKELY_DESCENDANTS * min(camera.width * camera.height, PIXELS_PER_PASS))
+    _, blocks, block, _ = _split(camera.width * camera.height)
+    return int(LIKELY_DESCENDANTS * blocks * block)
 
 
 def _split(pixels: int) -> tuple[int, int, int, int]:
     """Passes, blocks a pass, rays a block and descendants a block, with little left over."""
-    passes = ceil(pixels / PIXELS_PER_PASS)
+    passes = max(ceil(pixels / MOST_PIXELS_A_PASS), min(processors(), pixels // FEWEST_PIXELS_A_PASS), 1)
+    if passes > 1:
+        passes = ceil(passes / processors()) * processors()
     in_pass = ceil(pixels / passes)
     blocks = ceil(in_pass / CAMERA_BLOCK)
     block = _rounded(ceil(in_pass / blocks))
