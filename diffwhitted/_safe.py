@@ -7,7 +7,7 @@ multiplied by zero on the way back.
 """
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float
 
 from ._vector import Vec3, dot
 
@@ -54,11 +54,9 @@ def power_of_cosine(chord_squared: Float[Array, "*n"], exponent: Float[Array, "*
     return jnp.where(lit, jnp.exp(exponent * log_cosine), jnp.where(exponent == 0, 1, 0).astype(chord_squared.dtype))
 
 
-def whole_power(base: Float[Array, "*n"], count: Int[Array, "*n"]) -> Float[Array, "*n"]:
-    """base ** count for a whole number count >= 0, such as the surfaces a shadow ray crosses.
+def whole_powers(base: Float[Array, ""], most: int) -> Float[Array, "powers"]:
+    """base ** 0, base ** 1, ... base ** most, by repeated multiplication.
 
-    Edges: base ** 0 = 1 with derivative 0 in the base, also at base = 0; 0 ** 1 has derivative 1.
+    Edges: base ** 0 = 1 with derivative 0, also at base = 0; 0 ** 1 has derivative 1.
     """
-    some, several = count > 0, count > 1
-    tail = jnp.where(several & (base > 0), base, 1) ** jnp.where(several, count - 1, 0).astype(base.dtype)
-    return jnp.where(some, base * jnp.where(several & (base <= 0), 0, tail), 1)
+    return jnp.cumprod(jnp.concatenate([jnp.ones_like(base)[None], jnp.broadcast_to(base, (most,))]))

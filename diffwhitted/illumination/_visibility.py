@@ -3,8 +3,8 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Int
 
-from .._safe import whole_power
-from .._vector import Vec3
+from .._safe import whole_powers
+from .._vector import Vec3, lookup
 from ..geometry import Departure, Ray, Shapes, blocked, crossing_count
 
 
@@ -18,9 +18,9 @@ def surfaces_crossed(shapes: Shapes, ray: Ray, departure: Departure, distance, g
     return crossing_count(shapes, ray, departure, _before(distance), glass)
 
 
-def tint(k_t: Vec3, crossed: Int[Array, "n"]) -> Vec3:
-    """k_t once for each surface crossed, channel by channel; differentiable in k_t."""
-    return Vec3(*(whole_power(c, crossed) for c in (k_t.x, k_t.y, k_t.z)))
+def tint(k_t: Vec3, crossed: Int[Array, "n"], most: int) -> Vec3:
+    """k_t once for each surface crossed, of `most` at most, channel by channel; differentiable in k_t."""
+    return Vec3(*(lookup(whole_powers(channel, most), crossed) for channel in (k_t.x, k_t.y, k_t.z)))
 
 
 def _before(distance):

@@ -11,7 +11,7 @@ from ..geometry import Hit
 from ..illumination import diffuse, halfway_highlight, reflected_highlight, tint
 from ..scene import Tables
 from ._plan import Plan
-from ._record import Nodes, glass_by_material
+from ._record import Nodes, glass_by_material, most_crossed
 from ._stage import stage
 
 
@@ -81,7 +81,8 @@ def _arriving_share(tables: Tables, plan: Plan, nodes: Nodes, light: int):
     if not plan.effects.tinted_shadows:
         return visible
     share = Vec3(visible, visible, visible)
-    for material, crossed in zip(glass_by_material(plan), nodes.crossed[light], strict=True):
+    for (material, made_of_it), crossed in zip(glass_by_material(plan).items(), nodes.crossed[light], strict=True):
         k_t = tables.materials.k_t
-        share = share * tint(Vec3(k_t.x[material], k_t.y[material], k_t.z[material]), crossed.astype(jnp.int32))
+        k_t_of_it = Vec3(k_t.x[material], k_t.y[material], k_t.z[material])
+        share = share * tint(k_t_of_it, crossed.astype(jnp.int32), most_crossed(made_of_it))
     return share

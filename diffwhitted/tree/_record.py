@@ -19,6 +19,11 @@ from ._branch import TRANSMITTED, Arrival, arrival, branches, child_ray
 from ._plan import Plan
 from ._stage import empty_buffers, stage, write_block
 
+LANES = 64
+"""Every block is a multiple of this many rays."""
+CROSSINGS = 2
+"""A straight line meets no shape of this house more often."""
+
 
 class Origin(eqx.Module):
     """Where rays come from in the tree."""
@@ -144,7 +149,7 @@ def _shadows(tables: Tables, plan: Plan, at: Arrival, needed):
         visible.append(stage(needed, lambda *a: sees_light(tables.shapes, *a, opaque), ray, departure, distance))
         if plan.effects.tinted_shadows:
             crossed.append(tuple(
-                surfaces_crossed(tables.shapes, ray, departure, distance, objects).astype(jnp.int8)
+                surfaces_crossed(tables.shapes, ray, departure, distance, objects).astype(_count_type(objects))
                 for objects in glass_by_material(plan).values()))
     return tuple(visible), tuple(crossed)
 
@@ -156,6 +161,15 @@ def _any_rays(tables: Tables, count: int):
     return Ray(point, point), Departure(index, index > 0), Origin(index, index.astype(jnp.int8), index)
 
 
+def _count_type(objects: tuple[bool, ...]):
+    return jnp.int8 if most_crossed(objects) < 128 else jnp.int32
+
+
+def most_crossed(objects: tuple[bool, ...]) -> int:
+    """How many surfaces of these objects a straight line can cross."""
+    return CROSSINGS * sum(objects)
+
+
 def glass_by_material(plan: Plan) -> dict[int, tuple[bool, ...]]:
     """The transparent materials, each with the objects made of it."""
     materials = sorted({m for m, glass in zip(plan.material_of, plan.transparent, strict=True) if glass})
@@ -165,12 +179,22 @@ def glass_by_material(plan: Plan) -> dict[int, tuple[bool, ...]]:
 def _append(lineage, count, parent, sends, alive):
     """Append the children of a block to the queue, packed; entries past the room are counted, not kept."""
     mirror, through = sends
-    branch = jnp.stack([mirror, jnp.where(through, jnp.int32(TRANSMITTED), 0)], axis=1).reshape(-1)
-    born = (branch > 0) & jnp.repeat(alive, 2)
-    place = count + jnp.cumsum(born, dtype=jnp.int32) - 1
-    entry = jnp.repeat(parent, 2) * 4 + branch
-    past_the_end = lineage.shape[0]
-    lineage = lineage.at[jnp.where(born, place, past_the_end)].set(entry, mode="drop", unique_indices=True)
-    return lineage, count + born.sum(dtype=jnp.int32)
+    reflected, transmitted = (mirror > 0) & alive, through & alive
+    before, born = _running_count(reflected.astype(jnp.float32) + transmitted)
+    place, past_the_end = count + before, lineage.shape[0]
+    for there, branch, at in ((reflected, mirror, place), (transmitted, TRANSMITTED, place + reflected)):
+        lineage = lineage.at[jnp.where(there, at, past_the_end)].set(parent * 4 + branch, mode="drop", unique_indices=True)
+    return lineage, count + born
 
 
+def _running_count(counts: Float[Array, "n"]) -> tuple[Int[Array, "n"], Int[Array, ""]]:
+    """The sum of the small whole numbers before each one, and of all of them; n is a multiple of 64.
+
+    Within rows of 64 it is a product with a triangular matrix: `cumsum` over all of them took XLA's CPU back
+    end as long as the search for surfaces. Exact, as no sum reaches 2**24.
+    """
+    rows = counts.reshape(-1, LANES)
+    through = rows @ jnp.triu(jnp.ones((LANES, LANES), counts.dtype))
+    totals = through[:, -1]
+    before = through - rows + (jnp.cumsum(totals) - totals)[:, None]
+    return before.reshape(-1).astype(jnp.int32), totals.sum().astype(jnp.int32)
