@@ -72,7 +72,7 @@ def lookup(table, index: Int[Array, "*n"]):
     """Row `index` of every array in `table` (leading axis: the rows).
 
     A table of at most eight rows is read by a chain of selections, which runs in vector
-    registers and whose transpose is a masked sum; a longer one by a gather.
+    registers; a longer one by a gather.
     """
     return jax.tree.map(lambda column: _lookup_column(column, index), table)
 
@@ -83,7 +83,21 @@ def _lookup_column(column, index):
         return jnp.zeros(jnp.shape(index), column.dtype)
     if rows > SMALL_TABLE or column.ndim > 1:
         return jnp.take(column, index, axis=0, mode="clip")
+    return _selected(column, index)
+
+
+@jax.custom_jvp
+def _selected(column, index):
     value = jnp.broadcast_to(column[0], jnp.shape(index))
-    for row in range(1, rows):
+    for row in range(1, column.shape[0]):
         value = jnp.where(index == row, column[row], value)
     return value
+
+
+@_selected.defjvp
+def _selected_jvp(primals, tangents):
+    """A product with a matrix of zeros and ones, whose transpose XLA sums in vector registers."""
+    column, index = primals
+    wanted = jnp.clip(index, 0).ravel() == jnp.arange(column.shape[0])[:, None]
+    along = jnp.matmul(tangents[0], wanted.astype(column.dtype), precision="highest")
+    return _selected(column, index), along.reshape(jnp.shape(index))
