@@ -37,6 +37,7 @@ class Bounds(eqx.Module):
         ends = np.asarray([u.bounds for u in unknowns], np.float64)
         self.low, self.high = jnp.asarray(ends[:, 0], float), jnp.asarray(ends[:, 1], float)
 
+    @eqx.filter_jit
     def values(self, x: Float[Array, "p"]) -> Float[Array, "p"]:
         """Coefficients from unknowns."""
         low, high = self._scaled(self.low), self._scaled(self.high)
@@ -49,6 +50,7 @@ class Bounds(eqx.Module):
         share = jnp.clip((self._scaled(values) - low) / (high - low), NUDGE, 1 - NUDGE)
         return jnp.arcsin(jnp.sqrt(share))
 
+    @eqx.filter_jit
     def slope(self, x: Float[Array, "p"]) -> Float[Array, "p"]:
         """d value / dx."""
         return jax.jvp(self.values, (x,), (jnp.ones_like(x),))[1]

@@ -8,15 +8,15 @@ import numpy as np
 from scipy.stats import qmc
 
 from diffwhitted.image import dealt
-from diffwhitted.scene import Scene
-from diffwhitted.tree import decide_effects, likely_room, make_plan
+from diffwhitted.scene import Camera, Scene
+from diffwhitted.tree import Plan, decide_effects, likely_room, make_plan
 
 from ._bounds import Bounds
 from ._errors import FitError
 from ._outcome import outcome, rest_test, with_runs
-from ._problem import Problem, View, record_view
+from ._problem import Part, Problem, prepared
 from ._result import FitResult, FitStep
-from ._solve import Solver
+from ._solve import solve
 from ._target import Target, as_targets
 from ._unknowns import free_coefficients, list_unknowns, start_values
 
@@ -51,45 +51,40 @@ def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float
     if starts < 1:
         raise FitError(f"starts = {starts}; allowed is 1 or more")
     problem, scale = _build(scene, targets, names, unknowns, first, samples, max_depth)
-    solver, at_rest = Solver(problem), rest_test(scene, targets, unknowns, UNIT)
-    prepared = time.perf_counter() - begun
-    solutions = []
+    at_rest = rest_test(scene, targets, unknowns, UNIT)
+    seconds_compile, solutions = time.perf_counter() - begun, []
     for point in _starting_points(first, unknowns, starts):
-        solutions.append(solver.run(point, max_steps=max_steps, at_rest=at_rest, on_step=on_step, loss_scale=scale))
+        solutions.append(solve(problem, point, max_steps=max_steps, at_rest=at_rest, on_step=on_step, loss_scale=scale))
         if solutions[-1].interrupted:
             break
     best = min(solutions, key=lambda s: s.loss)
     effects = tuple((d.name, d.on, d.why) for d in decide_effects(scene, names, max_depth))
     notes = tuple(f"{name} left as it is: {why}" for name, why in passed_over)
     result = outcome(scene, targets, problem, first, best, UNIT, effects, notes)
-    return with_runs(result, solutions, prepared + solver.seconds_compile)
+    return with_runs(result, solutions, seconds_compile)
 
 
 def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, samples: int, max_depth):
-    """The problem, and the number by which its mean square becomes the sum of squares."""
-    dtype = scene.dtype
+    """The problem, and the number by which its mean square becomes the sum of squares; all programs are compiled."""
     total = float(sum(3 * (t.mask > 0).sum() for t in targets))
     moving = any(u.row.moves_rays for u in unknowns)
     grid = (np.arange(samples) + 0.5) / samples
-    offsets = jnp.asarray([(x, y) for y in grid for x in grid], dtype)
+    offsets = jnp.asarray([(x, y) for y in grid for x in grid], scene.dtype)
+    values, bounds = jnp.asarray(first, scene.dtype), Bounds(unknowns)
     views = []
     for target in targets:
         camera = scene.cameras[target.camera]
-        plan = make_plan(scene, camera, free=names, max_depth=max_depth, capacity=likely_room(camera))
         weight = np.sqrt(target.mask) / (UNIT if target.noise is None else target.noise) / np.sqrt(total)
-        while True:
-            view = View(camera, _dealt(target.image, plan, dtype), _dealt(weight[..., None], plan, dtype)[:, 0], None, offsets, plan)
-            trees = record_view(scene, unknowns, jnp.asarray(first, dtype), view)
-            needed = int(np.max(trees.descendants))
-            if needed <= plan.capacity:
-                break
-            plan = plan.with_capacity(2 * needed)
-        views.append(View(camera, view.target, view.weight, None if moving else trees, offsets, plan))
-    return Problem(scene, Bounds(unknowns), tuple(views), unknowns), total
+        plan = make_plan(scene, camera, free=names, max_depth=max_depth, capacity=likely_room(camera))
+        views.append(_parts(camera, target.image, weight, offsets, plan))
+    recorded = tuple(prepared(scene, unknowns, values, parts, moving) for parts in views)
+    return Problem(scene, bounds, recorded, unknowns), total
 
 
-def _dealt(image: np.ndarray, plan, dtype):
-    return dealt(jnp.asarray(image, dtype), plan.passes, plan.pass_pixels)
+def _parts(camera: Camera, image: np.ndarray, weight: np.ndarray, offsets, plan: Plan) -> tuple[Part, ...]:
+    """The passes of a target, without trees."""
+    image, weight = (np.asarray(dealt(jnp.asarray(a, offsets.dtype), plan.passes, plan.pass_pixels)) for a in (image, weight[..., None]))
+    return tuple(Part(camera, jnp.int32(n), jnp.asarray(image[n]), jnp.asarray(weight[n, 0]), offsets, None, plan) for n in range(plan.passes))
 
 
 def _starting_points(first: np.ndarray, unknowns, starts: int) -> list[np.ndarray]:

@@ -85,7 +85,7 @@ def with_runs(result: FitResult, solutions: list[Solution], compiling: float) ->
     ends = Counter(f"{s.loss:.2g}" for s in solutions)
     note = f"; {len(solutions)} starts ended at {len(ends)} different losses" if len(solutions) > 1 else ""
     return dataclasses.replace(result, message=result.message + note, starts_tried=len(solutions), seconds_compile=compiling,
-                               seconds_solve=sum(s.seconds_solve for s in solutions))
+                               seconds_solve=sum(s.seconds for s in solutions))
 
 
 def _coefficient(i: int, unknown: Unknown, best: Solution, start, known: Uncertainty, at_bound, unknowns) -> FittedCoefficient:

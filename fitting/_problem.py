@@ -5,16 +5,20 @@ Levenberg-Marquardt and the uncertainties need is the triangular factor of [J r]
 
     [J r] = Q [[R, q], [0, rho]],   so J'J = R'R,  J'r = R'q,  |r|^2 = |q|^2 + rho^2.
 
-It is accumulated pass by pass of the picture (a sequential QR), so the memory is that of one pass,
-whatever the size of the target. The solver is given f = (q, rho) with Jacobian (R, 0) in place of r with J: the
-same steps follow from it.
+Each pass of a picture gives such a factor of its own rows, on whichever processor is free, and the factor of
+the factors is that of them all. The memory is that of the passes at work, whatever the size of the target.
 """
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+import numpy as np
+from jaxtyping import Array, Float, Int
 
+from diffwhitted._workers import side_by_side
 from diffwhitted.scene import Camera, Scene, tabulate
 from diffwhitted.tree import Plan, Record, record, replay
 
@@ -24,98 +28,96 @@ from ._unknowns import Unknown, insert
 ROWS = 4096
 
 
-class View(eqx.Module):
-    """A target as the solver reads it, in passes of the picture."""
+class Part(eqx.Module):
+    """One pass of a target."""
 
     camera: Camera
-    target: Float[Array, "passes 3 pixels"]
-    weight: Float[Array, "passes pixels"]
+    number: Int[Array, ""]
+    """Which pass of the picture it is (see `image.dealt`)."""
+    target: Float[Array, "3 pixels"]
+    weight: Float[Array, "pixels"]
     """Square root of the mask over the noise, divided by the root of the number of residuals."""
-    trees: Record | None
-    """The recorded trees (samples, passes); None where rays move, so that each evaluation records."""
     offsets: Float[Array, "samples 2"]
+    """Where in each pixel the samples are."""
+    trees: Record | None
+    """The recorded trees (samples, ...); None where rays move, so that each evaluation records."""
     plan: Plan = eqx.field(static=True)
 
 
 class Problem(eqx.Module):
-    """Scene, unknowns and views of a fit."""
+    """Scene, unknowns and targets of a fit."""
 
     scene: Scene
     bounds: Bounds
-    views: tuple[View, ...]
+    views: tuple[tuple[Part, ...], ...]
+    """The parts of each target."""
     unknowns: tuple[Unknown, ...] = eqx.field(static=True)
 
 
-@eqx.filter_custom_jvp
-def compressed(x: Float[Array, "p"], problem: Problem):
-    """f = (q, rho) at the unknowns x, and the rendered passes of each view."""
-    factor, films = factorise(problem, problem.bounds.values(x))
-    return factor[:, -1], films
+def prepared(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[Part, ...], moving: bool) -> tuple[Part, ...]:
+    """The parts with room for their rays and, unless rays move, with their trees; all their programs are compiled."""
+    if moving:
+        return tuple(_with_room(scene, unknowns, values, part)[0] for part in parts)
+    while True:
+        with ThreadPoolExecutor(1) as aside:
+            blank = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), eqx.filter_eval_shape(record_part, scene, unknowns, values, parts[0]))
+            compiling = aside.submit(part_factor, scene, unknowns, values, replace(parts[0], trees=blank))
+            recorded = side_by_side(lambda part: replace(part, trees=record_part(scene, unknowns, values, part)), parts)
+            compiling.result()
+        needed = max(int(part.trees.descendants.max()) for part in recorded)
+        if needed <= parts[0].plan.capacity:
+            return tuple(recorded)
+        parts = tuple(replace(part, plan=part.plan.with_capacity(2 * needed)) for part in parts)
 
 
-@compressed.def_jvp
-def _compressed_jvp(primals, tangents):
-    x, problem = primals
-    factor, films = factorise(problem, problem.bounds.values(x))
-    along = factor[:, :-1] @ (problem.bounds.slope(x) * tangents[0])
-    return (factor[:, -1], films), (along, jax.tree.map(jnp.zeros_like, films))
+def factorise(problem: Problem, values: Float[Array, "p"]) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+    """The triangular factor of [J r] in the coefficients, (p + 1, p + 1), and the film of each target.
+
+    The pictures are in the precision of the scene, the factor of the parts' factors in float64.
+    """
+    values = jnp.asarray(values, problem.scene.dtype)
+    parts = [part for view in problem.views for part in view]
+    found = side_by_side(lambda part: _with_room(problem.scene, problem.unknowns, values, part)[1:], parts)
+    factors, films = zip(*found, strict=True)
+    rest = iter(films)
+    return _factor_of(np.concatenate(factors).astype(np.float64)), tuple(np.stack([next(rest) for _ in view]) for view in problem.views)
+
+
+def _with_room(scene: Scene, unknowns: tuple[Unknown, ...], values, part: Part):
+    """The part, with more room where moving rays need it, its factor and its film."""
+    while True:
+        factor, film, needed = part_factor(scene, unknowns, values, part)
+        if int(needed) <= part.plan.capacity:
+            return part, factor, film
+        part = replace(part, plan=part.plan.with_capacity(2 * int(needed)))
 
 
 @eqx.filter_jit
-def factorise(problem: Problem, values: Float[Array, "p"]):
-    """The triangular factor of [J r] in the coefficients, (p + 1, p + 1), and the films of the views.
-
-    The pictures are in the precision of the scene, the factor in that of `values`.
-    """
-    count, precision = len(problem.unknowns), values.dtype
-    values = values.astype(problem.scene.dtype)
-    factor, films = jnp.zeros((count + 1, count + 1), values.dtype), []
-    for view in problem.views:
-        numbers = jnp.arange(view.plan.passes, dtype=jnp.int32)
-        trees = view.trees if view.trees is not None else record_view(problem.scene, problem.unknowns, values, view)
-
-        def one_pass(factor, inputs, view=view):
-            number, target, weight, tree = inputs
-
-            def film(values):
-                return pass_film(insert(problem.scene, problem.unknowns, values), view, tree, number)
-
-            seen, columns = _value_and_columns(film, values)
-            residual = (seen - target) * weight
-            rows = jnp.concatenate([columns * weight, residual[None]]).reshape(count + 1, -1)
-            return _updated(factor, rows), seen
-
-        factor, film = jax.lax.scan(one_pass, factor, (numbers, view.target, view.weight[:, None, :], _by_pass(trees)))
-        films.append(film)
-    return factor.astype(precision), tuple(films)
+def part_factor(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array, "p"], part: Part):
+    """The triangular factor of [J r] of one part, its rendered pixels (3, pixels), and the room for rays that it needs."""
+    trees = part.trees if part.trees is not None else record_part(scene, unknowns, values, part)
+    seen, columns = _value_and_columns(lambda values: _film(insert(scene, unknowns, values), part, trees), values)
+    residual = (seen - part.target) * part.weight
+    rows = jnp.concatenate([columns * part.weight, residual[None]])
+    return _triangular(rows.reshape(len(unknowns) + 1, -1)), seen, trees.descendants.max()
 
 
-def pass_film(scene: Scene, view: View, trees: Record, number) -> Float[Array, "3 pixels"]:
-    """The pixels of one pass, averaged over the samples."""
+@eqx.filter_jit
+def record_part(scene: Scene, unknowns: tuple[Unknown, ...], values, part: Part) -> Record:
+    """The trees of a part at these coefficients, one a sample."""
+    tables = tabulate(insert(scene, unknowns, jax.lax.stop_gradient(values)))
+    return jax.lax.map(lambda offset: record(tables, part.camera, part.plan, part.number, offset), part.offsets)
+
+
+def _film(scene: Scene, part: Part, trees: Record) -> Float[Array, "3 pixels"]:
+    """The pixels of one part, averaged over the samples."""
     tables = tabulate(scene)
 
     def one_sample(sample):
         tree, offset = sample
-        film = replay(tables, view.camera, tree, view.plan, number, offset)
-        return jnp.stack([film.x, film.y, film.z])
+        return replay(tables, part.camera, tree, part.plan, part.number, offset).stacked(axis=0)
 
-    return jax.lax.map(one_sample, (trees, view.offsets)).mean(axis=0)
-
-
-@eqx.filter_jit
-def record_view(scene: Scene, unknowns: tuple[Unknown, ...], values, view: View) -> Record:
-    """The trees of a view at these coefficients, stacked (samples, passes)."""
-    tables = tabulate(insert(scene, unknowns, jax.lax.stop_gradient(values)))
-    numbers = jnp.arange(view.plan.passes, dtype=jnp.int32)
-
-    def one_sample(offset):
-        return jax.lax.map(lambda number: record(tables, view.camera, view.plan, number, offset), numbers)
-
-    return jax.lax.map(one_sample, view.offsets)
-
-
-def _by_pass(trees: Record) -> Record:
-    return jax.tree.map(lambda a: jnp.swapaxes(a, 0, 1), trees)
+    return jax.lax.map(one_sample, (trees, part.offsets)).mean(axis=0)
 
 
 def _value_and_columns(fn, values: Float[Array, "p"]):
@@ -127,13 +129,17 @@ def _value_and_columns(fn, values: Float[Array, "p"]):
     return jax.vmap(along, out_axes=(None, 0))(jnp.eye(values.size, dtype=values.dtype))
 
 
-def _updated(factor, rows: Float[Array, "columns rows"]):
-    """The factor of the rows seen so far and these, by QR of blocks that fit the cache; its diagonal is >= 0."""
+def _triangular(rows: Float[Array, "columns rows"]) -> Float[Array, "columns columns"]:
+    """R of the QR factors of the transpose, by blocks of rows that fit the cache."""
     columns, count = rows.shape
     blocks = -(-count // ROWS)
     rows = jnp.pad(rows, ((0, 0), (0, blocks * ROWS - count)))
     tall = rows.reshape(columns, blocks, ROWS).transpose(1, 2, 0)
     factors = jax.lax.map(lambda block: jnp.linalg.qr(block, mode="r"), tall)
-    stacked = jnp.concatenate([factor, factors.reshape(-1, columns)])
-    total = jnp.linalg.qr(stacked, mode="r")
-    return total * jnp.where(jnp.diagonal(total) < 0, -1, 1)[:, None]
+    return jnp.linalg.qr(factors.reshape(-1, columns), mode="r")
+
+
+def _factor_of(factors: np.ndarray) -> np.ndarray:
+    """The triangular factor of stacked ones, with a diagonal >= 0; square also where there are few rows."""
+    total = np.linalg.qr(np.vstack([factors, np.zeros((factors.shape[1],) * 2)]), mode="r")
+    return total * np.where(np.diagonal(total) < 0, -1, 1)[:, None]

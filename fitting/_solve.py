@@ -1,4 +1,11 @@
-"""Optimistix's Levenberg-Marquardt, one step at a time, so that a person can watch it and stop it."""
+"""Optimistix's Levenberg-Marquardt, one step at a time, so that a person can watch it and stop it.
+
+The solver looks at the residuals at one point a step. What it sees of them is their linear model there,
+
+    f(x') = f + F (x' - x),   f = (q, rho),   F = (R dv/dx, 0)
+
+with R, q and rho from `_problem`: the same steps follow from it as from all residuals and their Jacobian.
+"""
 
 import signal
 import threading
@@ -12,8 +19,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
+from jaxtyping import Array, Float
 
-from ._problem import Problem, compressed
+from ._problem import Problem, factorise
 from ._result import FitStep
 
 REJECTIONS = 8
@@ -34,88 +42,94 @@ class Solution:
     films: tuple[np.ndarray, ...]
     history: tuple[FitStep, ...]
     interrupted: bool
-    seconds_compile: float
-    seconds_solve: float
+    seconds: float
 
 
-class Solver:
-    """Levenberg-Marquardt on one problem; compiled once, run from any start."""
+class LinearModel(eqx.Module):
+    """The residuals near a point."""
 
-    def __init__(self, problem: Problem):
-        eps = float(jnp.finfo(problem.scene.dtype).eps)
-        self.problem = problem
-        method = optx.LevenbergMarquardt(rtol=30 * eps, atol=30 * eps)
-        # Near a bound the loss falls by less than the linear model says; the usual cut-off of 0.75 (in place
-        # of 0.99) lets the damping shrink there all the same.
-        self._method = eqx.tree_at(lambda m: m.search, method, optx.ClassicalTrustRegion(high_cutoff=0.75))
-        self._step = None
-        self.seconds_compile = 0.0
+    at: Float[Array, "p"]
+    residual: Float[Array, "p+1"]
+    jacobian: Float[Array, "p+1 p"]
 
-    def run(self, start: np.ndarray, *, max_steps: int, at_rest: Callable[..., bool] = lambda *a: False, on_step: Callable[[FitStep], None] | None = None,
-            loss_scale: float = 1.0) -> Solution:
-        """From these coefficients until the steps become too small to matter, or `max_steps`, or Ctrl-C.
-
-        `at_rest(values, factor, remainder, loss)` may stop it earlier.
-        """
-        x = self.problem.bounds.unknowns(jnp.asarray(start, float))
-        state = self._start(x)
-        history, rejected, begun = [], 0, time.perf_counter()
-        with _stop_requests() as stopped:
-            for number in range(max_steps):
-                x, state, done, here = self._step(x, state)
-                loss = 0.5 * float(np.sum(np.asarray(state.f_info.residual, np.float64) ** 2)) * loss_scale
-                accepted = int(state.num_steps_since_acceptance) == 0
-                history.append(FitStep(number, loss, time.perf_counter() - begun, accepted))
-                if on_step is not None:
-                    on_step(history[-1])
-                rejected = 0 if accepted else rejected + 1
-                linear = _linear_model(here, state)
-                if bool(done) or rejected >= REJECTIONS or stopped() or at_rest(*linear):
-                    break
-        films = tuple(np.asarray(film) for film in state.aux)
-        return Solution(*linear, films, tuple(history), stopped(), self.seconds_compile, time.perf_counter() - begun)
-
-    def _start(self, x):
-        function, problem = _Residuals(), self.problem
-        shape = jax.ShapeDtypeStruct((x.size + 1,), x.dtype)
-        films = tuple(jax.ShapeDtypeStruct(view.target.shape, view.target.dtype) for view in problem.views)
-        state = self._method.init(function, x, problem, {}, shape, films, frozenset())
-        if self._step is None:
-            begun = time.perf_counter()
-            dynamic, static = eqx.partition(state, eqx.is_array)
-
-            @eqx.filter_jit
-            def step(x, dynamic, problem):
-                state = eqx.combine(dynamic, static)
-                x, state, _ = self._method.step(function, x, problem, {}, state, frozenset())
-                done, _ = self._method.terminate(function, x, problem, {}, state, frozenset())
-                here = (problem.bounds.values(x), problem.bounds.slope(x), state.f_info.jac.as_matrix())
-                return x, eqx.filter(state, eqx.is_array), done, here
-
-            compiled = step.lower(x, dynamic, problem).compile()
-
-            def run(x, state):
-                x, dynamic, done, here = compiled(x, eqx.filter(state, eqx.is_array), self.problem)
-                return x, eqx.combine(dynamic, static), done, here
-
-            self._step = run
-            self.seconds_compile = time.perf_counter() - begun
-        return state
+    def __call__(self, x, _):
+        return self.residual + self.jacobian @ (x - self.at), None
 
 
-def _linear_model(here, state):
-    """Coefficients, R in the coefficients, q, and the loss, at the last accepted step."""
-    values, slope, jacobian = (np.asarray(a, np.float64) for a in here)
-    residual = np.asarray(state.f_info.residual, np.float64)
-    factor = np.divide(jacobian[:-1], slope, out=np.zeros_like(jacobian[:-1]), where=slope != 0)
-    return values, factor, residual[:-1], 0.5 * float(residual @ residual)
+@dataclass(frozen=True)
+class Look:
+    """What was found at one point: coefficients, the factor of [J r] there, the rendered targets."""
+
+    x: Float[Array, "p"]
+    values: np.ndarray
+    factor: np.ndarray
+    films: tuple[np.ndarray, ...]
+
+    def linear(self):
+        """Coefficients, R, q, and the loss |r|^2 / 2."""
+        return self.values, self.factor[:-1, :-1], self.factor[:-1, -1], 0.5 * float(self.factor[:, -1] @ self.factor[:, -1])
 
 
-class _Residuals(eqx.Module):
-    """The function that optimistix sees: compressed residuals, with the films beside them."""
+def look(problem: Problem, x: Float[Array, "p"]) -> Look:
+    values = problem.bounds.values(x)
+    return Look(x, np.asarray(values, np.float64), *factorise(problem, values))
 
-    def __call__(self, x, problem: Problem):
-        return compressed(x, problem)
+
+def solve(problem: Problem, start: np.ndarray, *, max_steps: int, at_rest: Callable[..., bool] = lambda *a: False,
+          on_step: Callable[[FitStep], None] | None = None, loss_scale: float = 1.0) -> Solution:
+    """From these coefficients until the steps become too small to matter, or `max_steps`, or Ctrl-C.
+
+    `at_rest(values, factor, remainder, loss)` may stop it earlier.
+    """
+    begun, method = time.perf_counter(), _method(problem.scene.dtype)
+    x = problem.bounds.unknowns(jnp.asarray(start, float))
+    state = first_state(method, x)
+    history, rejected, best = [], 0, None
+    with _stop_requests() as stopped:
+        for number in range(max_steps):
+            here = look(problem, state.y_eval)
+            model = _linear_model(problem, here)
+            x, state, done = advance(method, x, state, model)
+            accepted = int(state.num_steps_since_acceptance) == 0
+            best = here if accepted else best
+            history.append(FitStep(number, best.linear()[-1] * loss_scale, time.perf_counter() - begun, accepted))
+            if on_step is not None:
+                on_step(history[-1])
+            rejected = 0 if accepted else rejected + 1
+            if bool(done) or rejected >= REJECTIONS or stopped() or at_rest(*best.linear()):
+                break
+    return Solution(*best.linear(), best.films, tuple(history), stopped(), time.perf_counter() - begun)
+
+
+def _method(dtype) -> optx.LevenbergMarquardt:
+    eps = float(jnp.finfo(dtype).eps)
+    method = optx.LevenbergMarquardt(rtol=30 * eps, atol=30 * eps)
+    # Near a bound the loss falls by less than the linear model says; the usual cut-off of 0.75 (in place
+    # of 0.99) lets the damping shrink there all the same.
+    return eqx.tree_at(lambda m: m.search, method, optx.ClassicalTrustRegion(high_cutoff=0.75))
+
+
+# A Jacobian by "bwd" is an array in the state, where "fwd" would keep a program: the step compiles once for each number of unknowns.
+_OPTIONS, _TAGS = {"jac": "bwd"}, frozenset()
+
+
+@eqx.filter_jit
+def first_state(method, x: Float[Array, "p"]):
+    """The solver's state before its first step."""
+    nothing = LinearModel(x, jnp.zeros(x.size + 1, x.dtype), jnp.zeros((x.size + 1, x.size), x.dtype))
+    return method.init(nothing, x, None, _OPTIONS, jax.eval_shape(lambda: nothing.residual), None, _TAGS)
+
+
+@eqx.filter_jit
+def advance(method, x: Float[Array, "p"], state, model: LinearModel):
+    """One step with the model at the point that the state asks for: the best point, the new state, and whether it ended."""
+    x, state, _ = method.step(model, x, None, _OPTIONS, state, _TAGS)
+    return x, state, method.terminate(model, x, None, _OPTIONS, state, _TAGS)[0]
+
+
+def _linear_model(problem: Problem, here: Look) -> LinearModel:
+    jacobian = here.factor[:, :-1] * np.asarray(problem.bounds.slope(here.x), np.float64)
+    return LinearModel(here.x, *(jnp.asarray(a, here.x.dtype) for a in (here.factor[:, -1], jacobian)))
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from diffwhitted import Camera, Material, Plane, PointLight, Scene, Sphere, repl
 from diffwhitted.image import dealt
 from fitting._fit import _build
 from fitting._outcome import outcome
-from fitting._solve import Solver
+from fitting._solve import solve
 from fitting._unknowns import list_unknowns
 
 
@@ -138,14 +138,14 @@ def test_intervals_cover_the_truth_in_95_of_100_noisy_targets():
     truth = np.asarray([0.3, 0.2, 0.5])
     clean = fitting._target.as_targets(scene, picture(scene))
     problem, scale = _build(scene, clean, names, unknowns, truth, 1, None)
-    solver, plan = Solver(problem), problem.views[0].plan
+    plan = problem.views[0][0].plan
     random, covered = np.random.default_rng(0), []
     for _ in range(200):
         noisy = clean[0].image + noise * random.normal(size=clean[0].image.shape)
         film = dealt(jnp.asarray(noisy, jnp.float32), plan.passes, plan.pass_pixels)
-        solver.problem = eqx.tree_at(lambda p: p.views[0].target, problem, film)
-        best = solver.run(truth, max_steps=30)
-        result = outcome(scene, (fitting.Target(noisy, "main", clean[0].mask),), solver.problem, truth, best, 0.01, (), ())
+        noisy_problem = eqx.tree_at(lambda p: [part.target for part in p.views[0]], problem, list(film))
+        best = solve(noisy_problem, truth, max_steps=30)
+        result = outcome(scene, (fitting.Target(noisy, "main", clean[0].mask),), noisy_problem, truth, best, 0.01, (), ())
         assert result.noise == pytest.approx(noise, rel=0.1)
         covered.append([low <= t <= high for (low, high), t in zip((c.interval_95 for c in result.coefficients), truth, strict=True)])
     share = np.mean(covered, axis=0)
