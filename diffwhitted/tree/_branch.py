@@ -17,6 +17,17 @@ k_t, and the mirror ray of total internal reflection, which carries everything."
 BRANCH_NAMES = ("camera", "mirror", "transmitted", "total")
 
 
+class Origin(eqx.Module):
+    """Where rays come from in the tree."""
+
+    pixel: Int[Array, "n"]
+    """Which pixel of the pass the ray belongs to."""
+    level: Int[Array, "n"]
+    """1 for a camera ray."""
+    lineage: Int[Array, "n"]
+    """4 * parent + branch, the parent by the number of its node."""
+
+
 class Arrival(eqx.Module):
     """How a ray arrived at its surface: all that its children start from."""
 

@@ -10,8 +10,9 @@ from .._workers import processors
 from ..scene import Camera, Plane, Scene, Sphere, is_traced, material_names, numbered_objects, texture_names
 from ._effects import Effects, as_effects, calls_for, decide_effects
 
-CAMERA_BLOCK = 2**15
-CHILD_BLOCK = 2**13
+BLOCK = 2**13
+LANES = 64
+"""Every block is a multiple of this many rays."""
 MOST_PIXELS_A_PASS = 160 * 1024
 FEWEST_PIXELS_A_PASS = 2**14
 """A picture smaller than two of these is one pass; a larger one has a pass for each processor, or more."""
@@ -24,10 +25,10 @@ LIKELY_DESCENDANTS = 1.5
 class Plan:
     """Static and hashable: it selects the compiled program.
 
-    A picture is traced in `passes`, each of `blocks` blocks of `block` camera rays; their descendants are
-    followed in blocks of `child_block`. `capacity` is the room for descendants in one pass. The sizes are
-    such that a pass stays in the cache and a block below the length from which XLA splits its loops
-    between threads, which was measured to be slower.
+    A picture is traced in `passes`. A pass has `pass_pixels` camera rays, followed in blocks of `block` rays as
+    their descendants are; `capacity` is the room for descendants in one pass. The sizes are such that a pass
+    stays in the cache and a block below the length from which XLA splits its loops between threads, which
+    was measured to be slower.
     """
 
     effects: Effects
@@ -49,28 +50,28 @@ class Plan:
     picture: tuple[int, int]
     """Width and height in pixels."""
     passes: int
-    blocks: int
+    pass_pixels: int
+    """A whole number of blocks."""
     block: int
-    child_block: int
     capacity: int
 
     @property
-    def pass_pixels(self) -> int:
-        return self.blocks * self.block
-
-    @property
-    def child_blocks(self) -> int:
-        """The most blocks that `capacity` rays can take: one a depth may be partly filled."""
-        return ceil(self.capacity / self.child_block) + self.max_depth
+    def blocks(self) -> int:
+        """The most blocks that the rays of a pass can take: among the descendants one a depth may be partly filled."""
+        return self.pass_pixels // self.block + (ceil(self.capacity / self.block) + self.max_depth if self.capacity else 0)
 
     @property
     def slots(self) -> int:
         """Length of the arrays that hold all rays of a pass, with one block to spare at the end."""
-        return self.pass_pixels + self.capacity + (self.child_block if self.capacity else 0)
+        return self.pass_pixels + self.capacity + (self.block if self.capacity else 0)
 
     def picture_pixel(self, number, pixel):
         """Which pixel of the picture, counted row by row, is `pixel` of pass `number` (see `image.dealt`)."""
         return number + pixel * self.passes
+
+    def in_picture(self, number, pixel):
+        """Is `pixel` of pass `number` one of the picture's?"""
+        return self.picture_pixel(number, pixel) < self.picture[0] * self.picture[1]
 
     def shortfall(self, needed: "Plan") -> str | None:
         """What this plan leaves out of `needed`, a plan made for the scene at hand; None if nothing."""
@@ -91,7 +92,7 @@ class Plan:
         """The same plan with room for `rays` rays (other than camera rays) a pass, in whole blocks."""
         if not self.effects.branching:
             return self
-        return replace(self, capacity=max(1, ceil(rays / self.child_block)) * self.child_block)
+        return replace(self, capacity=max(1, ceil(rays / self.block)) * self.block)
 
 
 def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_depth: int | None = None,
@@ -108,7 +109,7 @@ def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_d
     mirrors = tuple(calls_for(scene, o.material, "k_s", free) is not None for o in objects)
     transparent = tuple(calls_for(scene, o.material, "k_t", free) is not None for o in objects)
     materials = [scene.materials[name] for name in names]
-    passes, blocks, block, child_block = _split(camera.width * camera.height)
+    passes, pass_pixels, block = _split(camera.width * camera.height)
     plan = Plan(
         effects=effects, max_depth=depth, total_reflection_is_full=scene.total_internal_reflection == "full",
         mirrors=mirrors, transparent=transparent,
@@ -116,7 +117,7 @@ def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_d
         highlight_models=tuple(m.highlight for m in materials),
         k_a_textures=tuple(-1 if m.k_a_texture is None else textures.index(m.k_a_texture) for m in materials),
         k_d_textures=tuple(-1 if m.k_d_texture is None else textures.index(m.k_d_texture) for m in materials),
-        picture=(camera.width, camera.height), passes=passes, blocks=blocks, block=block, child_block=child_block, capacity=0,
+        picture=(camera.width, camera.height), passes=passes, pass_pixels=pass_pixels, block=block, capacity=0,
     )
     worst = _worst_case(plan)
     return plan.with_capacity(worst if capacity is None else min(capacity, worst))
@@ -124,25 +125,18 @@ def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_d
 
 def likely_room(camera: Camera) -> int:
     """Room for descendants in one pass that most scenes do not exceed: a capacity to try first."""
-    _, blocks, block, _ = _split(camera.width * camera.height)
-    return int(LIKELY_DESCENDANTS * blocks * block)
+    return int(LIKELY_DESCENDANTS * _split(camera.width * camera.height)[1])
 
 
-def _split(pixels: int) -> tuple[int, int, int, int]:
-    """Passes, blocks a pass, rays a block and descendants a block, with little left over."""
+def _split(pixels: int) -> tuple[int, int, int]:
+    """Passes, camera rays a pass and rays a block, with little left over."""
     passes = max(ceil(pixels / MOST_PIXELS_A_PASS), min(processors(), pixels // FEWEST_PIXELS_A_PASS), 1)
     if passes > 1:
         passes = ceil(passes / processors()) * processors()
     in_pass = ceil(pixels / passes)
-    blocks = ceil(in_pass / CAMERA_BLOCK)
-    block = _rounded(ceil(in_pass / blocks))
-    return passes, blocks, block, min(CHILD_BLOCK, block)
-
-
-def _rounded(rays: int) -> int:
-    """Up to a whole number of vector registers."""
-    lanes = 1024 if rays > 4096 else 64
-    return ceil(rays / lanes) * lanes
+    blocks = ceil(in_pass / BLOCK)
+    block = ceil(in_pass / blocks / LANES) * LANES
+    return passes, blocks * block, block
 
 
 def _worst_case(plan: Plan) -> int:

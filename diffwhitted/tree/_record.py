@@ -11,29 +11,16 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from .._vector import Vec3
-from ..geometry import NOTHING, Departure, Ray, containing, nearest, surface_at
+from ..geometry import Departure, Ray, containing, nearest, surface_at
 from ..illumination import sees_light, surfaces_crossed
 from ..scene import Camera, Tables
-from ._branch import TRANSMITTED, Arrival, arrival, branches, child_ray
-from ._plan import Plan
+from ._branch import TRANSMITTED, Arrival, Origin, arrival, branches
+from ._departure import any_ray, departing, parents_of
+from ._plan import LANES, Plan
 from ._stage import empty_buffers, stage, write_block
 
-LANES = 64
-"""Every block is a multiple of this many rays."""
 CROSSINGS = 2
 """A straight line meets no shape of this house more often."""
-
-
-class Origin(eqx.Module):
-    """Where rays come from in the tree."""
-
-    pixel: Int[Array, "n"]
-    """Which pixel of the pass the ray belongs to."""
-    level: Int[Array, "n"]
-    """1 for a camera ray."""
-    lineage: Int[Array, "n"]
-    """4 * parent + branch, the parent by the number of its node."""
 
 
 class Nodes(eqx.Module):
@@ -56,43 +43,19 @@ class Record(eqx.Module):
 
     nodes: Nodes
     starts: Int[Array, "blocks"]
-    """First node of each block of descendants, in the order in which the blocks were followed. Blocks that
-    were not needed start, and end, in the spare room past all nodes."""
+    """First node of each block, in the order in which the blocks were followed. Blocks that were not needed
+    start, and end, in the spare room past all nodes."""
     ends: Int[Array, "blocks"]
     descendants: Int[Array, ""]
     """How many there are; more than the plan's capacity means that some were not followed."""
 
 
 def record(tables: Tables, camera: Camera, plan: Plan, number: Int[Array, ""], offset: Float[Array, "2"]) -> Record:
-    """The tree of pass `number`, through `offset` inside each pixel."""
+    """The tree of pass `number`, through `offset` inside each pixel.
+
+    Blocks are taken from the front of the queue until it is empty or the room is used up.
+    """
     tables, camera, offset = jax.lax.stop_gradient((tables, camera, offset))
-    pixels = camera.width * camera.height
-    lineage = jnp.zeros(plan.slots + plan.child_block, jnp.int32)
-
-    def camera_block(carry, start):
-        (lineage, count), buffers = carry
-        pixel = start + jnp.arange(plan.block, dtype=jnp.int32)
-        inside = plan.picture_pixel(number, pixel) < pixels
-        ray = stage(inside[0], camera.pixel_rays, jnp.minimum(plan.picture_pixel(number, pixel), pixels - 1), offset)
-        departure = Departure(jnp.full(pixel.shape, NOTHING, jnp.int32), jnp.zeros(pixel.shape, bool))
-        origin = Origin(pixel, jnp.ones(pixel.shape, jnp.int8), jnp.zeros_like(pixel))
-        nodes, at, sends = _follow(tables, plan, ray, departure, origin, inside[0])
-        if plan.effects.branching:
-            lineage, count = _append(lineage, count, pixel, sends, inside)
-        return ((lineage, count), write_block(buffers, (nodes, at), start)), None
-
-    shapes = jax.eval_shape(lambda: _follow(tables, plan, *_any_rays(tables, plan.block), jnp.bool_(True))[:2])
-    buffers = empty_buffers(shapes, plan.slots)
-    starts = jnp.arange(plan.blocks, dtype=jnp.int32) * plan.block
-    (queue, buffers), _ = jax.lax.scan(camera_block, ((lineage, jnp.int32(plan.pass_pixels)), buffers), starts)
-    if not plan.effects.branching:
-        none = jnp.zeros(0, jnp.int32)
-        return Record(buffers[0], none, none, jnp.int32(0))
-    return _descend(tables, plan, queue, buffers)
-
-
-def _descend(tables: Tables, plan: Plan, queue, buffers) -> Record:
-    """Take blocks from the front of the queue until it is empty or the room is used up."""
     room = plan.pass_pixels + plan.capacity
 
     def waiting(state):
@@ -100,23 +63,38 @@ def _descend(tables: Tables, plan: Plan, queue, buffers) -> Record:
         return start < jnp.minimum(count, room)
 
     def follow_block(state):
-        start, number, (lineage, count), (nodes, arrivals), starts, ends = state
-        end = jnp.minimum(jnp.minimum(start + plan.child_block, count), room)
-        mine = jax.lax.dynamic_slice_in_dim(lineage, start, plan.child_block)
-        parent = mine // 4
-        at = jax.tree.map(lambda a: a[parent], arrivals)
-        origin = Origin(nodes.origin.pixel[parent], nodes.origin.level[parent] + jnp.int8(1), mine)
-        ray, departure = stage(end > start, lambda *a: child_ray(tables, plan, *a), at, mine % 4)
-        followed, at, sends = _follow(tables, plan, ray, departure, origin, end > start)
-        slot = start + jnp.arange(plan.child_block, dtype=jnp.int32)
-        queue = _append(lineage, count, slot, sends, slot < end)
+        start, block, (lineage, count), (nodes, arrivals), starts, ends = state
+        end = jnp.minimum(jnp.minimum(start + plan.block, count), room)
+        slot = start + jnp.arange(plan.block, dtype=jnp.int32)
+        origin = _origin(plan, nodes.origin, slot, lineage)
+        alive = (slot < end) & plan.in_picture(number, origin.pixel)
+        parents = parents_of(origin, arrivals) if plan.effects.branching else None
+        ray, departure = departing(tables, camera, plan, number, offset, parents, origin, alive)
+        followed, at, sends = _follow(tables, plan, ray, departure, origin, alive[0])
+        queue = _append(lineage, count, slot, sends, alive) if plan.effects.branching else (lineage, count)
         buffers = write_block((nodes, arrivals), (followed, at), start)
-        return end, number + 1, queue, buffers, starts.at[number].set(start), ends.at[number].set(end)
+        return end, block + 1, queue, buffers, starts.at[block].set(start), ends.at[block].set(end)
 
-    bounds = jnp.full(plan.child_blocks, room, jnp.int32)
-    first = (jnp.int32(plan.pass_pixels), jnp.int32(0), queue, buffers, bounds, bounds)
+    shapes = jax.eval_shape(lambda: _follow(tables, plan, *any_ray(plan, tables.ambient.dtype), jnp.bool_(True))[:2])
+    queue = jnp.zeros(plan.slots, jnp.int32), jnp.int32(plan.pass_pixels)
+    bounds = jnp.full(plan.blocks, room, jnp.int32)
+    first = (jnp.int32(0), jnp.int32(0), queue, empty_buffers(shapes, plan.slots), bounds, bounds)
     _, _, (_, count), (nodes, _), starts, ends = jax.lax.while_loop(waiting, follow_block, first)
     return Record(nodes, starts, ends, count - plan.pass_pixels)
+
+
+def _origin(plan: Plan, known: Origin, slot: Int[Array, "n"], queue: Int[Array, "slots"]) -> Origin:
+    """Where the rays of a block come from: camera rays fill whole blocks, the first ones of a pass."""
+
+    def camera(known, queue):
+        return Origin(slot, jnp.ones(slot.shape, jnp.int8), jnp.zeros_like(slot))
+
+    def children(known, queue):
+        lineage = jax.lax.dynamic_slice_in_dim(queue, slot[0], plan.block)
+        parent = lineage // 4
+        return Origin(known.pixel[parent], known.level[parent] + jnp.int8(1), lineage)
+
+    return jax.lax.cond(slot[0] < plan.pass_pixels, camera, children, known, queue) if plan.effects.branching else camera(known, queue)
 
 
 def _follow(tables: Tables, plan: Plan, ray: Ray, departure: Departure, origin: Origin, needed):
@@ -152,13 +130,6 @@ def _shadows(tables: Tables, plan: Plan, at: Arrival, needed):
                 surfaces_crossed(tables.shapes, ray, departure, distance, objects).astype(_count_type(objects))
                 for objects in glass_by_material(plan).values()))
     return tuple(visible), tuple(crossed)
-
-
-def _any_rays(tables: Tables, count: int):
-    """Rays that only have a shape, to ask what `_follow` gives back."""
-    zero, index = jnp.zeros(count, tables.ambient.dtype), jnp.zeros(count, jnp.int32)
-    point = Vec3(zero, zero, zero)
-    return Ray(point, point), Departure(index, index > 0), Origin(index, index.astype(jnp.int8), index)
 
 
 def _count_type(objects: tuple[bool, ...]):

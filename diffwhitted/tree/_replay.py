@@ -13,7 +13,8 @@ from jaxtyping import Array, Float, Int
 from .._vector import Vec3, where
 from ..geometry import Ray, surface_at
 from ..scene import Camera, Tables
-from ._branch import Arrival, arrival, child_ray, share
+from ._branch import Arrival, arrival, share
+from ._departure import any_ray, departing, parents_of
 from ._local import local_radiance
 from ._plan import Plan
 from ._record import Nodes, Record
@@ -26,57 +27,39 @@ def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, number: I
 
     Differentiable in `tables` and `camera`, along the recorded tree.
     """
-    pixels = camera.width * camera.height
-    one = jnp.ones(plan.slots, tables.ambient.dtype)
+    branching = plan.effects.branching
 
     @partial(jax.checkpoint, prevent_cse=False)
-    def visit_camera_rays(nodes: Nodes):
-        pixel = plan.picture_pixel(number, nodes.origin.pixel)
-        needed = pixel[0] < pixels
-        ray = stage(needed, camera.pixel_rays, jnp.minimum(pixel, pixels - 1), offset)
-        return _visit(tables, plan, nodes, ray, needed)
-
-    def camera_block(carry, start):
-        film, arrivals = carry
-        light, arrived = visit_camera_rays(read_block(record.nodes, start, plan.block))
-        return (write_block(film, light, start), write_block(arrivals, arrived, start)), None
-
-    shapes = jax.eval_shape(visit_camera_rays, read_block(record.nodes, jnp.int32(0), plan.block))
-    film, arrivals = empty_buffers(shapes[0], plan.pass_pixels), empty_buffers(shapes[1], plan.slots)
-    starts = jnp.arange(plan.blocks, dtype=jnp.int32) * plan.block
-    (film, arrivals), _ = jax.lax.scan(camera_block, (film, arrivals), starts)
-    if not plan.effects.branching:
-        return film
-    return _descend(tables, plan, record, film, (arrivals, Vec3(one, one, one)))
-
-
-def _descend(tables: Tables, plan: Plan, record: Record, film: Vec3, state: tuple[Arrival, Vec3]) -> Vec3:
-    """The blocks of descendants, in the order in which they were recorded; `state` is arrivals and throughputs."""
-
-    @partial(jax.checkpoint, prevent_cse=False)
-    def visit_children(nodes: Nodes, at: Arrival, throughput: Vec3, alive):
-        branch = nodes.origin.lineage % 4
-        ray, _ = stage(alive[0], lambda *a: child_ray(tables, plan, *a), at, branch)
-        throughput = throughput * share(tables, plan, at.object, branch)
+    def visit(nodes: Nodes, parents: Arrival | None, throughput: Vec3, alive):
+        ray, _ = departing(tables, camera, plan, number, offset, parents, nodes.origin, alive)
+        if branching:
+            throughput = throughput * share(tables, plan, parents.object, nodes.origin.lineage % 4)
         radiance, arrived = _visit(tables, plan, nodes, ray, alive[0])
         added = throughput * radiance
         return where(alive, added, added * 0), (arrived, throughput)
 
-    def child_block(carry, bounds):
+    def follow_block(carry, bounds):
         start, end = bounds
 
         def follow(carry):
             film, state = carry
-            nodes = read_block(record.nodes, start, plan.child_block)
-            at, throughput = jax.tree.map(lambda a: a[nodes.origin.lineage // 4], state)
-            alive = start + jnp.arange(plan.child_block) < end
-            added, arrived = visit_children(nodes, at, throughput, alive)
+            nodes = read_block(record.nodes, start, plan.block)
+            alive = (start + jnp.arange(plan.block) < end) & plan.in_picture(number, nodes.origin.pixel)
+            parents, throughput = parents_of(nodes.origin, state) if branching else (None, white)
+            throughput = where(nodes.origin.level == 1, white, throughput)
+            added, arrived = visit(nodes, parents, throughput, alive)
             film = jax.tree.map(lambda f, a: f.at[nodes.origin.pixel].add(a), film, added)
-            return film, write_block(state, arrived, start)
+            return film, write_block(state, arrived, start) if branching else state
 
         return jax.lax.cond(end > start, follow, lambda carry: carry, carry), None
 
-    (film, _), _ = jax.lax.scan(child_block, (film, state), (record.starts, record.ends))
+    one = jnp.ones(plan.block, tables.ambient.dtype)
+    white = Vec3(one, one, one)
+    ray, _, _ = any_ray(plan, one.dtype)
+    nodes = jax.tree.map(lambda a: a[:plan.block], record.nodes)
+    film, arrived = jax.eval_shape(lambda: _visit(tables, plan, nodes, ray, jnp.bool_(True)))
+    state = empty_buffers((arrived, film), plan.slots) if branching else ()
+    (film, _), _ = jax.lax.scan(follow_block, (empty_buffers(film, plan.pass_pixels), state), (record.starts, record.ends))
     return film
 
 
