@@ -1,5 +1,7 @@
 """Where a ray meets a surface. No colour, no light: rays in, hits out."""
 
+from ._edges import hidden_parts, nearest_part, outline_of, turning_at
+from ._footprint import Edge, Footprint, covered, edge_of, narrowed, spread, uncovered
 from ._hit import Hit
 from ._plane import Planes
 from ._polygon import Polygons
@@ -8,6 +10,8 @@ from ._shapes import Shapes, blocked, containing, crossing_count, facing, neares
 from ._sphere import Spheres
 
 __all__ = [
-    "NOTHING", "Departure", "Hit", "Planes", "Polygons", "Ray", "Shapes", "Spheres",
-    "blocked", "containing", "crossing_count", "facing", "nearest", "surface_at",
+    "NOTHING", "Departure", "Edge", "Footprint", "Hit", "Planes", "Polygons", "Ray", "Shapes", "Spheres",
+    "blocked", "containing", "covered", "crossing_count", "edge_of", "facing", "hidden_parts",
+    "narrowed", "nearest", "nearest_part",
+    "outline_of", "spread", "surface_at", "turning_at", "uncovered",
 ]

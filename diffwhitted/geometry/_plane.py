@@ -4,9 +4,14 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from .._coverage import Linear
 from .._safe import safe_divide
 from .._vector import Vec3, dot
+from ._footprint import Footprint
 from ._ray import Ray
+
+HORIZON = 1e30
+"""Metres; how far away a ray that runs along a plane is taken to come near it."""
 
 
 class Planes(eqx.Module):
@@ -37,6 +42,20 @@ class Planes(eqx.Module):
         del entering
         distance = self._crossing(ray)[0]
         return distance, self.normal, ray.at(distance)
+
+    def outline(self, ray: Ray, footprint: Footprint):
+        """N.u, positive where the ray heads for the plane: the horizon, further away than anything else."""
+        sign = jnp.where(self.side(ray), -1, 1).astype(ray.origin.dtype)
+        rise = Linear(*(sign * dot(self.normal, d) for d in (ray.direction, footprint.across.direction, footprint.down.direction)))
+        return rise, jnp.full_like(sign, HORIZON)
+
+    def side(self, ray: Ray):
+        """Does a ray that only just meets the shape come from its outer side?"""
+        return dot(self.normal, ray.origin) >= self.offset
+
+    def turning(self, step: Vec3) -> Vec3:
+        """Change of the unit normal for a small step along the surface: none."""
+        return step * 0
 
     def contains(self, point: Vec3):
         return dot(self.normal, point) < self.offset

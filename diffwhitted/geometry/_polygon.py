@@ -4,8 +4,11 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._safe import normalise
-from .._vector import Vec3, cross, dot
+from .._coverage import Linear
+from .._safe import length, normalise, safe_divide
+from .._vector import Vec3, cross, dot, where
+from ._footprint import Footprint, spread
+from ._hit import Hit
 from ._plane import Planes
 from ._ray import Ray
 
@@ -39,6 +42,42 @@ class Polygons(eqx.Module):
         met = jnp.isfinite(distance)
         inside = self._outlines(plane, ray.at(jnp.where(met, distance, 0)))
         return jnp.where(met & inside, distance, jnp.inf), entering
+
+    def outline(self, ray: Ray, footprint: Footprint):
+        """Distance in the plane from where the ray meets it to the nearest side, positive inside; and how far that is."""
+        plane = self.carrier()
+        distance, _, point = plane.surface(ray, None)
+        hit = Hit(None, None, point, where(self.side(ray), plane.normal, -plane.normal), distance)
+        steps = spread(ray, footprint, hit)
+        inside = jnp.where(self._outlines(plane, point), 1, -1)
+        nearest, outwards = jnp.full(distance.shape, jnp.inf, distance.dtype), plane.normal
+        for k in range(self.vertices.x.shape[-1]):
+            away, normal = self._from_side(k, plane, point, inside)
+            nearest, outwards = where(abs(away) < abs(nearest), (away, normal), (nearest, outwards))
+        return Linear(-nearest, *(-dot(outwards, step) for step in steps)), distance
+
+    def _from_side(self, k: int, plane: Planes, point: Vec3, inside):
+        """Signed distance of a point of the plane from side k (negative inside), and its direction of growth."""
+        corners = self.vertices
+        start = Vec3(corners.x[..., k], corners.y[..., k], corners.z[..., k])
+        k = (k + 1) % corners.x.shape[-1]
+        side = Vec3(corners.x[..., k], corners.y[..., k], corners.z[..., k]) - start
+        long = dot(side, side) > 0
+        from_start = point - start
+        share = safe_divide(dot(from_start, side), dot(side, side))
+        normal = normalise(cross(side, plane.normal))
+        to_corner = from_start - side * jnp.clip(share, 0, 1)
+        beside = long & (share > 0) & (share < 1)
+        away = where(beside, dot(normal, from_start), -inside * length(to_corner))
+        return away, where(beside, normal, normalise(to_corner) * -inside)
+
+    def side(self, ray: Ray):
+        """Does a ray that only just meets the shape come from its outer side?"""
+        return self.carrier().side(ray)
+
+    def turning(self, step: Vec3) -> Vec3:
+        """Change of the unit normal for a small step along the surface: none."""
+        return step * 0
 
     def contains(self, point: Vec3):
         """A polygon is a sheet: it holds no volume of its own."""

@@ -1,6 +1,7 @@
 """Rays, and the surface that a ray leaves."""
 
 import equinox as eqx
+import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from .._vector import Vec3
@@ -30,3 +31,12 @@ class Departure(eqx.Module):
     """Index of the primitive, or -1 for a ray that starts in free space."""
     inwards: Bool[Array, "*n"]
     """The ray travels on the inner side of that primitive."""
+    passed: tuple[Int[Array, "*n"], ...] = ()
+    """Primitives whose outline the ray runs past, -1 for none: it does not meet them."""
+
+    def leaves_out(self, index):
+        """Is the primitive one that the ray runs past?"""
+        out = jnp.zeros(self.inwards.shape, bool)
+        for one in self.passed:
+            out = out | (one == index)
+        return out

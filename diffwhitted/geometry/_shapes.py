@@ -48,7 +48,7 @@ def nearest(shapes: Shapes, ray: Ray, departure: Departure) -> tuple[Float[Array
 
     missed = jnp.full(ray.origin.shape, jnp.inf, ray.origin.dtype)
     start = (missed, jnp.full(missed.shape, NOTHING, jnp.int32), jnp.zeros(missed.shape, bool))
-    return _fold(shapes, closer, start)
+    return fold(shapes, closer, start)
 
 
 def blocked(shapes: Shapes, ray: Ray, departure: Departure, limit, blocks: tuple[bool, ...]) -> Bool[Array, "n"]:
@@ -58,7 +58,7 @@ def blocked(shapes: Shapes, ray: Ray, departure: Departure, limit, blocks: tuple
         distance, _ = shape.first_crossing(ray, departure.object == index, departure.inwards)
         return found | (distance < limit)
 
-    return _fold(shapes, either, jnp.zeros(ray.origin.shape, bool), only=blocks)
+    return fold(shapes, either, jnp.zeros(ray.origin.shape, bool), only=blocks)
 
 
 def crossing_count(shapes: Shapes, ray: Ray, departure: Departure, limit, counted: tuple[bool, ...]) -> Int[Array, "n"]:
@@ -66,9 +66,10 @@ def crossing_count(shapes: Shapes, ray: Ray, departure: Departure, limit, counte
 
     def count(total, index, shape):
         crossings = shape.crossings(ray, departure.object == index, departure.inwards)
-        return total + sum((distance < limit).astype(jnp.int32) for distance in crossings)
+        counts = ~departure.leaves_out(index)
+        return total + sum((counts & (distance < limit)).astype(jnp.int32) for distance in crossings)
 
-    return _fold(shapes, count, jnp.zeros(ray.origin.shape, jnp.int32), only=counted)
+    return fold(shapes, count, jnp.zeros(ray.origin.shape, jnp.int32), only=counted)
 
 
 def containing(shapes: Shapes, point: Vec3, solids: tuple[int, ...], but: Int[Array, "n"]) -> Int[Array, "n"]:
@@ -106,7 +107,7 @@ def facing(hit: Hit, direction: Vec3) -> Float[Array, "n"]:
     return -dot(hit.normal, direction)
 
 
-def _fold(shapes: Shapes, step, carry, only: tuple[bool, ...] | None = None):
+def fold(shapes: Shapes, step, carry, only: tuple[bool, ...] | None = None):
     """Carry a result over all objects: unrolled for a few, as a compiled loop for many."""
     for first, count, family in shapes.families():
         wanted = [i for i in range(count) if only is None or only[first + i]]

@@ -4,8 +4,10 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._safe import safe_divide, safe_sqrt
+from .._coverage import Linear
+from .._safe import length, normalise, safe_divide, safe_sqrt
 from .._vector import Vec3, dot, where
+from ._footprint import Footprint
 from ._ray import Ray
 
 
@@ -54,6 +56,24 @@ class Spheres(eqx.Module):
         outward = (ray.direction * half_chord - miss) * safe_divide(1, self.radius)
         point = where(self.radius < distance, self.centre + outward * self.radius, ray.at(distance))
         return distance, outward, point
+
+    def outline(self, ray: Ray, footprint: Footprint):
+        """r - |q| with q from the ray's line to the centre: positive where the line meets the sphere; and where it is closest."""
+        _, middle, miss, _ = self._chord(ray)
+        sideways = normalise(miss)
+
+        def along(side: Ray):
+            return dot(sideways, side.origin + side.direction * middle)
+
+        return Linear(self.radius - length(miss), along(footprint.across), along(footprint.down)), middle
+
+    def side(self, ray: Ray):
+        """Does a ray that only just meets the shape come from its outer side?"""
+        return jnp.ones(ray.origin.shape, bool)
+
+    def turning(self, step: Vec3) -> Vec3:
+        """Change of the outward unit normal for a small step along the surface."""
+        return step * safe_divide(1, self.radius)
 
     def contains(self, point: Vec3):
         offset = point - self.centre

@@ -1,6 +1,7 @@
 """The pinhole camera."""
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
@@ -8,7 +9,7 @@ from jaxtyping import Array, Float, Int
 from .._errors import SceneError
 from .._safe import normalise
 from .._vector import cross, vec3
-from ..geometry import Ray
+from ..geometry import Footprint, Ray
 from ._checks import is_traced, number_array, require
 
 LARGEST_SIDE = 32768
@@ -76,6 +77,13 @@ class Camera(eqx.Module):
         dtype = self.look_from.dtype
         column, row = pixel % self.width, pixel // self.width
         return self.rays(column.astype(dtype) + offset[0], row.astype(dtype) + offset[1])
+
+    def pixel_footprint(self, pixel: Int[Array, "*n"], offset: Float[Array, "2"], size: float) -> Footprint:
+        """The change of these rays over squares of `size` times `size` pixels."""
+        dtype = self.look_from.dtype
+        place = (pixel % self.width).astype(dtype) + offset[0], (pixel // self.width).astype(dtype) + offset[1]
+        side, none = jnp.full_like(place[0], size), jnp.zeros_like(place[0])
+        return Footprint(jax.jvp(self.rays, place, (side, none))[1], jax.jvp(self.rays, place, (none, side))[1])
 
 
 def _size(value, place: str, field: str) -> int:

@@ -39,12 +39,13 @@ class Scene(eqx.Module):
     max_depth: int = eqx.field(static=True)
     total_internal_reflection: TotalReflection = eqx.field(static=True)
     shadows: ShadowModel = eqx.field(static=True)
+    footprint: int = eqx.field(static=True)
 
     def __init__(self, *, objects: Sequence[Object], materials: Mapping[str, Material], lights: Sequence[Light] = (),
                  cameras: Mapping[str, Camera] | None = None, textures: Mapping[str, Texture] | None = None,
                  background: Background | None = None, ambient=(1.0, 1.0, 1.0), max_depth: int = 5,
                  total_internal_reflection: TotalReflection = "full", shadows: ShadowModel = "opaque",
-                 precision: Precision = "float32"):
+                 footprint: int = 0, precision: Precision = "float32"):
         dtype = float_dtype(precision)
 
         def cast(record):
@@ -56,7 +57,7 @@ class Scene(eqx.Module):
         self.background = cast(background or ConstantBackground((0.0, 0.0, 0.0)))
         self.ambient = cast(jnp.broadcast_to(number_array(ambient, "scene", "ambient", ((), (3,))), (3,)))
         require(lambda a: (a >= 0).all(), "scene", "ambient", self.ambient, ">= 0")
-        self.max_depth, self.shadows = max_depth, shadows
+        self.max_depth, self.shadows, self.footprint = max_depth, shadows, footprint
         self.total_internal_reflection = total_internal_reflection
         self._check_settings()
         self._check_references()

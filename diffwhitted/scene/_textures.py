@@ -4,9 +4,11 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from .._coverage import Linear
 from .._errors import SceneError
 from .._vector import Vec3, vec3, where
 from ._checks import number_array, require
+from ._square_wave import checker_mean
 
 
 class Checker(eqx.Module):
@@ -30,6 +32,13 @@ class Checker(eqx.Module):
         cells = sum(jnp.floor(getattr(point, axis) / self.size) for axis in self.axes)
         even = cells - 2 * jnp.floor(cells / 2) == 0
         return where(even, vec3(self.colours[0]), vec3(self.colours[1]))
+
+    def mean(self, point: Vec3, steps: tuple[Vec3, Vec3], slant) -> Vec3:
+        """Linear RGB, averaged over the pixel in which the point is (steps_u u + steps_v v) / (1 + slant_u u + slant_v v)
+        away from its middle, u and v from -1/2 to 1/2."""
+        waves = [Linear(*(getattr(v, axis) / self.size for v in (point, *steps))) for axis in self.axes]
+        share = 0.5 * (1 + checker_mean(waves, slant))
+        return vec3(self.colours[0]) * share + vec3(self.colours[1]) * (1 - share)
 
 
 Texture = Checker

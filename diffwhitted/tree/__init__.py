@@ -1,6 +1,6 @@
 """The ray tree: planned once, recorded without derivatives, replayed with them."""
 
-from ._branch import BRANCH_NAMES
+from ._arrival import BRANCH_NAMES
 from ._effects import EFFECT_NAMES, Decision, Effects, decide_effects
 from ._plan import Plan, likely_room, make_plan
 from ._record import Nodes, Record, record

@@ -1,72 +1,52 @@
 """From one node to its children: which rays it sends on, where they go, and what share they carry."""
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from .._vector import Vec3, lookup, where
-from ..geometry import Departure, Hit, Ray, facing
+from ..geometry import Departure, Footprint, Ray, facing
 from ..optics import eta_at, mirrored, refracted, refraction_radicand
 from ..scene import Tables
+from ._arrival import MIRROR, PAST, TOTAL, TRANSMITTED, Arrival
+from ._beam import child_beam, rim
 from ._plan import Plan
 
-CAMERA, MIRROR, TRANSMITTED, TOTAL = range(4)
-"""The branches of the tree: a camera ray, the mirror ray weighted by k_s, the transmitted ray weighted by
-k_t, and the mirror ray of total internal reflection, which carries everything."""
 
-BRANCH_NAMES = ("camera", "mirror", "transmitted", "total")
-
-
-class Origin(eqx.Module):
-    """Where rays come from in the tree."""
-
-    pixel: Int[Array, "n"]
-    """Which pixel of the pass the ray belongs to."""
-    level: Int[Array, "n"]
-    """1 for a camera ray."""
-    lineage: Int[Array, "n"]
-    """4 * parent + branch, the parent by the number of its node."""
-
-
-class Arrival(eqx.Module):
-    """How a ray arrived at its surface: all that its children start from."""
-
-    point: Vec3
-    normal: Vec3
-    direction: Vec3
-    object: Int[Array, "n"]
-    entering: Bool[Array, "n"]
-    outside: Int[Array, "n"] | None
-    """The solid around the object, -1 for none; None where the plan knows no nested media."""
-
-
-def arrival(hit: Hit, direction: Vec3, outside) -> Arrival:
-    return Arrival(hit.point, hit.normal, direction, hit.object, hit.entering, outside)
-
-
-def branches(tables: Tables, plan: Plan, at: Arrival, hit: Hit) -> tuple[Int[Array, "n"], Bool[Array, "n"]]:
-    """The mirror child (0 for none, else MIRROR or TOTAL) and whether there is a transmitted child."""
+def branches(tables: Tables, plan: Plan, at: Arrival) -> tuple[Int[Array, "n"], Bool[Array, "n"], Bool[Array, "n"] | None]:
+    """The mirror child (0 for none, else MIRROR or TOTAL), whether there is a transmitted one, and one that runs past."""
     there = at.object >= 0
+    past = None if at.beam is None else there & (at.beam.edge.share < 1)
     mirror = jnp.where(there & _flags(plan.mirrors, at.object), jnp.int32(MIRROR), 0)
     if not plan.effects.refraction:
-        return mirror, jnp.zeros_like(there)
+        return mirror, jnp.zeros_like(there), past
     through = there & _flags(plan.transparent, at.object)
     if plan.effects.total_internal_reflection:
-        total = through & (refraction_radicand(facing(hit, at.direction), _eta(tables, at)) < 0)
-        through = through & ~total
-        if plan.total_reflection_is_full:
-            mirror = jnp.where(total, jnp.int32(TOTAL), mirror)
-    return mirror, through
+        some, all = _total_reflection(tables, at)
+        mirror = jnp.where(through & some, jnp.int32(TOTAL), mirror) if plan.total_reflection_is_full else mirror
+        through = through & ~all
+    return mirror, through, past
 
 
-def child_ray(tables: Tables, plan: Plan, at: Arrival, branch: Int[Array, "n"]) -> tuple[Ray, Departure]:
-    """The ray that leaves a parent along a branch, and the side of the surface it leaves on."""
+def child(tables: Tables, plan: Plan, at: Arrival, branch: Int[Array, "n"]) -> tuple[Ray, Footprint | None, Vec3]:
+    """The ray that leaves a parent along a branch, its footprint, and the share of its light that the parent passes on."""
+    factor, bend = share(tables, plan, at.object, branch), eta(tables, at) if plan.effects.refraction else None
+    if at.beam is not None:
+        return child_beam(tables, plan, at, branch, factor, bend)
     direction = mirrored(at.direction, at.normal) if plan.effects.reflection or plan.effects.total_internal_reflection else None
-    through = branch == TRANSMITTED
     if plan.effects.refraction:
-        bent = refracted(at.direction, at.normal, _eta(tables, at))
-        direction = bent if direction is None else where(through, bent, direction)
-    return Ray(at.point, direction), Departure(at.object, at.entering == through)
+        bent = refracted(at.direction, at.normal, bend)
+        direction = bent if direction is None else where(branch == TRANSMITTED, bent, direction)
+    return Ray(at.point, direction), None, factor
+
+
+def departure(at: Arrival, branch: Int[Array, "n"]) -> Departure:
+    """The side of the surface on which a child leaves, and what it is known to run past."""
+    leaves = Departure(at.object, at.entering == (branch == TRANSMITTED))
+    if at.beam is None:
+        return leaves
+    past, before = branch == PAST, at.beam.departure
+    passed = (jnp.where(past, at.object, -1), *(jnp.where(past, one, -1) for one in before.passed[:-1]))
+    return Departure(jnp.where(past, before.object, leaves.object), jnp.where(past, before.inwards, leaves.inwards), passed)
 
 
 def share(tables: Tables, plan: Plan, object: Int[Array, "n"], branch: Int[Array, "n"]) -> Vec3:
@@ -81,7 +61,16 @@ def share(tables: Tables, plan: Plan, object: Int[Array, "n"], branch: Int[Array
     return factor
 
 
-def _eta(tables: Tables, at: Arrival) -> Float[Array, "n"]:
+def _total_reflection(tables: Tables, at: Arrival) -> tuple[Bool[Array, "n"], Bool[Array, "n"]]:
+    """Where some of the light, and where all of it, is past the critical angle."""
+    if at.beam is not None:
+        return rim(tables.shapes, at, eta(tables, at))
+    past = refraction_radicand(facing(at.hit(), at.direction), eta(tables, at)) < 0
+    return past, past
+
+
+def eta(tables: Tables, at: Arrival) -> Float[Array, "n"]:
+    """Index on the ray's side over the index on the far side."""
     index = tables.materials.refractive_index
     inside = lookup(index, lookup(tables.material_of, at.object))
     outside = jnp.ones_like(inside)

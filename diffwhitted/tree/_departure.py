@@ -5,47 +5,67 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from .._vector import Vec3
-from ..geometry import NOTHING, Departure, Ray
+from ..geometry import NOTHING, Departure, Footprint, Ray
 from ..scene import Camera, Tables
-from ._branch import Arrival, Origin, child_ray
+from ._arrival import Arrival, Origin
+from ._branch import child, departure
 from ._plan import Plan
 from ._stage import stage
 
+MOST_PASSED = 2
+"""So many outlines a ray may run past before those that follow count whole or not at all."""
+
 
 def departing(tables: Tables, camera: Camera, plan: Plan, number: Int[Array, ""], offset: Float[Array, "2"],
-              parents: Arrival, origin: Origin, alive: Bool[Array, "n"]) -> tuple[Ray, Departure]:
-    """The rays of a block: camera rays through `offset` inside their pixels, or the children of `parents`."""
+              parents: Arrival | None, origin: Origin, alive: Bool[Array, "n"]) -> tuple[Ray, Footprint | None, Vec3]:
+    """The rays of a block, and the share of their light that goes on: camera rays through `offset` inside their
+    pixels, or the children of `parents`."""
 
     def camera_rays(parents):
         pixel = jnp.minimum(plan.picture_pixel(number, origin.pixel), camera.width * camera.height - 1)
-        ray = camera.pixel_rays(pixel, offset)
-        return ray, Departure(jnp.full(pixel.shape, NOTHING, jnp.int32), jnp.zeros(pixel.shape, bool))
+        one = jnp.ones(pixel.shape, tables.ambient.dtype)
+        footprint = camera.pixel_footprint(pixel, offset, 1 / plan.footprint) if plan.footprint else None
+        return camera.pixel_rays(pixel, offset), footprint, Vec3(one, one, one)
 
     def children(parents):
-        return child_ray(tables, plan, parents, origin.lineage % 4)
+        return child(tables, plan, parents, origin.branch)
 
-    if not plan.effects.branching:
+    if not plan.branching:
         return stage(alive[0], camera_rays, parents)
     return jax.lax.cond(of_camera(origin), camera_rays, children, parents)
 
 
+def sides_of(plan: Plan, parents: Arrival | None, origin: Origin) -> Departure:
+    """The surfaces that the rays of a block leave, if any, for the search."""
+
+    def camera_rays(parents):
+        nothing = jnp.full(origin.pixel.shape, NOTHING, jnp.int32)
+        return Departure(nothing, nothing >= 0, (nothing,) * (MOST_PASSED if plan.footprint else 0))
+
+    if not plan.branching:
+        return camera_rays(parents)
+    return jax.lax.cond(of_camera(origin), camera_rays, lambda parents: departure(parents, origin.branch), parents)
+
+
 def parents_of(origin: Origin, arrivals):
     """What stands in `arrivals` for the parent of each ray of a block; zeros for camera rays, which have none."""
-    parent = origin.lineage // 4
 
     def none(arrivals):
-        return jax.tree.map(lambda a: jnp.zeros(parent.shape, a.dtype), arrivals)
+        return jax.tree.map(lambda a: jnp.zeros(origin.pixel.shape, a.dtype), arrivals)
 
-    return jax.lax.cond(of_camera(origin), none, lambda arrivals: jax.tree.map(lambda a: a[parent], arrivals), arrivals)
+    return jax.lax.cond(of_camera(origin), none, lambda arrivals: jax.tree.map(lambda a: a[origin.parent], arrivals), arrivals)
 
 
 def of_camera(origin: Origin) -> Bool[Array, ""]:
     """Is it a block of camera rays? They fill whole blocks."""
-    return origin.level[0] == 1
+    return origin.lineage[0] == 0
 
 
-def any_ray(plan: Plan, dtype) -> tuple[Ray, Departure, Origin]:
+def any_ray(plan: Plan, dtype) -> tuple[Ray, Footprint | None, Departure, Origin]:
     """A block of rays that only has a shape, to ask what a function gives back for it."""
     zero, index = jnp.zeros(plan.block, dtype), jnp.zeros(plan.block, jnp.int32)
     point = Vec3(zero, zero, zero)
-    return Ray(point, point), Departure(index, index > 0), Origin(index, index.astype(jnp.int8), index)
+    ray = Ray(point, point)
+    footprint = Footprint(ray, ray) if plan.footprint else None
+    departure = Departure(index, index > 0, (index,) * (MOST_PASSED if plan.footprint else 0))
+    return ray, footprint, departure, Origin(index, index.astype(jnp.int8), index)

@@ -29,6 +29,7 @@ class Effects:
     textures: bool
     attenuation: bool
     background_gradient: bool
+    footprint: bool
 
     @property
     def branching(self) -> bool:
@@ -71,8 +72,13 @@ def calls_for(scene: Scene, material: str, coefficient: str, free: Collection[st
     return f"{name} = {np.array2string(np.asarray(value), precision=4, separator=', ')}"
 
 
-def decide_effects(scene: Scene, free: Collection[str] = (), max_depth: int | None = None) -> tuple[Decision, ...]:
-    """Decide every effect for a scene and the free coefficients of a fit, in the order of `Effects`."""
+def decide_effects(scene: Scene, free: Collection[str] = (), max_depth: int | None = None,
+                   footprint: int | None = None) -> tuple[Decision, ...]:
+    """Decide every effect for a scene and the free coefficients of a fit, in the order of `Effects`.
+
+    `max_depth` and `footprint` replace the scene's.
+    """
+    trees = scene.footprint if footprint is None else footprint
     depth = scene.max_depth if max_depth is None else max_depth
     first_with = {name: _first_object(scene, name, free) for name in ("k_a", "k_d", "k_h", "k_s", "k_t")}
     dark = "" if scene.lights else "the scene has no light"
@@ -97,6 +103,7 @@ def decide_effects(scene: Scene, free: Collection[str] = (), max_depth: int | No
     found["attenuation"] = _decide(_faded(scene), "no point light has an attenuation", "" if lit else "no light is looked at")
     gradient = isinstance(scene.background, GradientBackground)
     found["background_gradient"] = (gradient, "background = { gradient = ... }" if gradient else "the background is one colour")
+    found["footprint"] = bool(trees), f"footprint = {trees}"
     return tuple(Decision(name, *found[name]) for name in EFFECT_NAMES)
 
 

@@ -33,6 +33,8 @@ class Plan:
 
     effects: Effects
     max_depth: int
+    footprint: int
+    """Rays have the footprint of one of footprint x footprint squares of a pixel; 0: none."""
     total_reflection_is_full: bool
     mirrors: tuple[bool, ...]
     """Which objects spawn mirror rays, by object number."""
@@ -56,9 +58,14 @@ class Plan:
     capacity: int
 
     @property
+    def branching(self) -> bool:
+        """Does any ray have children?"""
+        return self.effects.branching or self.effects.footprint
+
+    @property
     def blocks(self) -> int:
         """The most blocks that the rays of a pass can take: among the descendants one a depth may be partly filled."""
-        return self.pass_pixels // self.block + (ceil(self.capacity / self.block) + self.max_depth if self.capacity else 0)
+        return self.pass_pixels // self.block + (ceil(self.capacity / self.block) + 3 * self.max_depth if self.capacity else 0)
 
     @property
     def slots(self) -> int:
@@ -90,13 +97,13 @@ class Plan:
 
     def with_capacity(self, rays: int) -> "Plan":
         """The same plan with room for `rays` rays (other than camera rays) a pass, in whole blocks."""
-        if not self.effects.branching:
+        if not self.branching:
             return self
         return replace(self, capacity=max(1, ceil(rays / self.block)) * self.block)
 
 
 def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_depth: int | None = None,
-              capacity: int | None = None) -> Plan:
+              capacity: int | None = None, footprint: int | None = None) -> Plan:
     """Plan the rendering of a scene by a camera.
 
     `free` names coefficients ("glass.k_s") whose derivative is wanted although they may be zero now: they
@@ -105,7 +112,7 @@ def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_d
     """
     depth = scene.max_depth if max_depth is None else max_depth
     objects, names, textures = numbered_objects(scene), material_names(scene), texture_names(scene)
-    effects = as_effects(decide_effects(scene, free, depth))
+    effects = as_effects(decide_effects(scene, free, depth, footprint))
     mirrors = tuple(calls_for(scene, o.material, "k_s", free) is not None for o in objects)
     transparent = tuple(calls_for(scene, o.material, "k_t", free) is not None for o in objects)
     materials = [scene.materials[name] for name in names]
@@ -118,6 +125,7 @@ def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_d
         k_a_textures=tuple(-1 if m.k_a_texture is None else textures.index(m.k_a_texture) for m in materials),
         k_d_textures=tuple(-1 if m.k_d_texture is None else textures.index(m.k_d_texture) for m in materials),
         picture=(camera.width, camera.height), passes=passes, pass_pixels=pass_pixels, block=block, capacity=0,
+        footprint=scene.footprint if footprint is None else footprint,
     )
     worst = _worst_case(plan)
     return plan.with_capacity(worst if capacity is None else min(capacity, worst))
@@ -141,7 +149,8 @@ def _split(pixels: int) -> tuple[int, int, int]:
 
 def _worst_case(plan: Plan) -> int:
     branches = any(plan.mirrors) + any(plan.transparent)
-    per_pixel = 0 if not plan.effects.branching else sum(branches**level for level in range(1, plan.max_depth))
+    per_pixel = sum(branches**level for level in range(1, plan.max_depth)) if plan.effects.branching else 0
+    per_pixel = 3 * (per_pixel + 1) if plan.footprint else per_pixel
     return min(plan.pass_pixels * per_pixel, WORST_CASE_LIMIT)
 
 

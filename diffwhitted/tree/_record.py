@@ -11,14 +11,18 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from ..geometry import Departure, Ray, containing, nearest, surface_at
-from ..illumination import sees_light, surfaces_crossed
+from ..geometry import Departure, Footprint, Ray, containing, hidden_parts, nearest, nearest_part, surface_at
+from ..illumination import before, sees_light, surfaces_crossed
 from ..scene import Camera, Tables
-from ._branch import TRANSMITTED, Arrival, Origin, arrival, branches
-from ._departure import any_ray, departing, parents_of
+from ._arrival import BRANCHES, PAST, TRANSMITTED, Arrival, Origin, arrival
+from ._beam import arriving_beam, light_beam, meeting
+from ._branch import branches
+from ._departure import any_ray, departing, parents_of, sides_of
 from ._plan import LANES, Plan
 from ._stage import empty_buffers, stage, write_block
 
+MOST_SHADING = 1
+"""So many objects may hide a light in part; further ones count whole or not at all."""
 CROSSINGS = 2
 """A straight line meets no shape of this house more often."""
 
@@ -35,6 +39,10 @@ class Nodes(eqx.Module):
     """For each light: nothing opaque in between. Empty where nothing casts shadows."""
     crossed: tuple[tuple[Int[Array, "n"], ...], ...]
     """For each light and each transparent material: the surfaces in between."""
+    cut: Bool[Array, "n"] | None
+    """The outline of the object cuts the pixel; None where rays have no footprint."""
+    shading: tuple[tuple[Int[Array, "n"], ...], ...]
+    """For each light: the objects that hide part of it from the footprint, -1 for none."""
     origin: Origin
 
 
@@ -68,10 +76,11 @@ def record(tables: Tables, camera: Camera, plan: Plan, number: Int[Array, ""], o
         slot = start + jnp.arange(plan.block, dtype=jnp.int32)
         origin = _origin(plan, nodes.origin, slot, lineage)
         alive = (slot < end) & plan.in_picture(number, origin.pixel)
-        parents = parents_of(origin, arrivals) if plan.effects.branching else None
-        ray, departure = departing(tables, camera, plan, number, offset, parents, origin, alive)
-        followed, at, sends = _follow(tables, plan, ray, departure, origin, alive[0])
-        queue = _append(lineage, count, slot, sends, alive) if plan.effects.branching else (lineage, count)
+        parents = parents_of(origin, arrivals) if plan.branching else None
+        ray, footprint, _ = departing(tables, camera, plan, number, offset, parents, origin, alive)
+        sides = sides_of(plan, parents, origin)
+        followed, at, sends = _follow(tables, plan, ray, footprint, sides, origin, alive[0])
+        queue = _append(lineage, count, slot, sends, alive) if plan.branching else (lineage, count)
         buffers = write_block((nodes, arrivals), (followed, at), start)
         return end, block + 1, queue, buffers, starts.at[block].set(start), ends.at[block].set(end)
 
@@ -91,45 +100,63 @@ def _origin(plan: Plan, known: Origin, slot: Int[Array, "n"], queue: Int[Array, 
 
     def children(known, queue):
         lineage = jax.lax.dynamic_slice_in_dim(queue, slot[0], plan.block)
-        parent = lineage // 4
-        return Origin(known.pixel[parent], known.level[parent] + jnp.int8(1), lineage)
+        parent = lineage // BRANCHES
+        deeper = (lineage % BRANCHES != PAST).astype(jnp.int8)
+        return Origin(known.pixel[parent], known.level[parent] + deeper, lineage)
 
-    return jax.lax.cond(slot[0] < plan.pass_pixels, camera, children, known, queue) if plan.effects.branching else camera(known, queue)
+    return jax.lax.cond(slot[0] < plan.pass_pixels, camera, children, known, queue) if plan.branching else camera(known, queue)
 
 
-def _follow(tables: Tables, plan: Plan, ray: Ray, departure: Departure, origin: Origin, needed):
+def _follow(tables: Tables, plan: Plan, ray: Ray, footprint: Footprint | None, departure: Departure, origin: Origin, needed):
     """Find the surface that each ray meets: its node, its arrival, and what it sends on."""
     effects = plan.effects
-    _, object, entering = stage(needed, lambda *a: nearest(tables.shapes, *a), ray, departure)
-    hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, object, entering)
+    if footprint is None:
+        _, object, entering = stage(needed, lambda *a: nearest(tables.shapes, *a), ray, departure)
+        cut, beam, arriving = None, None, ray
+    else:
+        object, entering, cut = stage(needed, lambda *a: nearest_part(tables.shapes, *a), ray, footprint, departure)
+        beam, arriving = stage(needed, lambda *a: arriving_beam(tables.shapes, *a), ray, footprint, object, cut, departure)
+    hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), arriving, object, entering)
     outside = containing(tables.shapes, hit.point, plan.solids, but=object) if effects.nested_media else None
-    at = arrival(hit, ray.direction, outside)
-    visible, crossed = _shadows(tables, plan, at, needed)
-    nodes = Nodes(object, entering, outside, visible, crossed, origin)
-    if not effects.branching:
+    at = arrival(hit, ray.direction, outside, beam)
+    visible, crossed, shading = _shadows(tables, plan, at, needed)
+    nodes = Nodes(object, entering, outside, visible, crossed, cut, shading, origin)
+    if not plan.branching:
         return nodes, at, None
-    mirror, through = stage(needed, lambda *a: branches(tables, plan, *a), at, hit)
+    mirror, through, past = stage(needed, lambda at: branches(tables, plan, at), at)
     deeper = origin.level < plan.max_depth
-    return nodes, at, (jnp.where(deeper, mirror, 0), through & deeper)
+    return nodes, at, (jnp.where(deeper, mirror, 0), through & deeper, past)
 
 
 def _shadows(tables: Tables, plan: Plan, at: Arrival, needed):
     """What each light sees of the points."""
     if not plan.effects.shadows:
-        return (), ()
-    visible, crossed = [], []
+        return (), (), ()
+    visible, crossed, shading = [], [], []
     opaque = tuple(not (plan.effects.tinted_shadows and glass) for glass in plan.transparent)
     # The shading normal faces the eye, so a lit point sees its light on the side that the ray came from.
     departure = Departure(at.object, ~at.entering)
     for light in tables.lights:
         to_light, distance, _ = stage(needed, light.arriving, at.point)
-        ray = Ray(at.point, to_light)
-        visible.append(stage(needed, lambda *a: sees_light(tables.shapes, *a, opaque), ray, departure, distance))
+        ray, parts = Ray(at.point, to_light), ()
+        if at.beam is None:
+            visible.append(stage(needed, lambda *a: sees_light(tables.shapes, *a, opaque), ray, departure, distance))
+        else:
+            hidden, parts = stage(needed, lambda *a: _hidden(tables, plan, light, *a), at, ray, departure, distance)  # noqa: B023
+            visible.append(~hidden)
+            shading.append(parts)
         if plan.effects.tinted_shadows:
             crossed.append(tuple(
-                surfaces_crossed(tables.shapes, ray, departure, distance, objects).astype(_count_type(objects))
+                surfaces_crossed(tables.shapes, ray, departure, distance, objects, parts).astype(_count_type(objects))
                 for objects in glass_by_material(plan).values()))
-    return tuple(visible), tuple(crossed)
+    return tuple(visible), tuple(crossed), tuple(shading)
+
+
+def _hidden(tables: Tables, plan: Plan, light, at: Arrival, ray: Ray, departure: Departure, distance):
+    """Is the light hidden from all of the footprint by something opaque, and which objects hide it from part of it?"""
+    beam = light_beam(light, at.point, meeting(tables.shapes, at).steps)
+    opaque = tuple(not (plan.effects.tinted_shadows and glass) for glass in plan.transparent)
+    return hidden_parts(tables.shapes, ray, beam, departure, before(distance), opaque, MOST_SHADING)
 
 
 def _count_type(objects: tuple[bool, ...]):
@@ -149,12 +176,16 @@ def glass_by_material(plan: Plan) -> dict[int, tuple[bool, ...]]:
 
 def _append(lineage, count, parent, sends, alive):
     """Append the children of a block to the queue, packed; entries past the room are counted, not kept."""
-    mirror, through = sends
-    reflected, transmitted = (mirror > 0) & alive, through & alive
-    before, born = _running_count(reflected.astype(jnp.float32) + transmitted)
+    mirror, through, past = sends
+    kinds = [((mirror > 0) & alive, mirror), (through & alive, TRANSMITTED)]
+    if past is not None:
+        kinds.append((past & alive, PAST))
+    before, born = _running_count(sum(there.astype(jnp.float32) for there, _ in kinds))
     place, past_the_end = count + before, lineage.shape[0]
-    for there, branch, at in ((reflected, mirror, place), (transmitted, TRANSMITTED, place + reflected)):
-        lineage = lineage.at[jnp.where(there, at, past_the_end)].set(parent * 4 + branch, mode="drop", unique_indices=True)
+    for there, branch in kinds:
+        child = parent * BRANCHES + branch
+        lineage = lineage.at[jnp.where(there, place, past_the_end)].set(child, mode="drop", unique_indices=True)
+        place = place + there
     return lineage, count + born
 
 

@@ -11,9 +11,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from .._vector import Vec3, where
-from ..geometry import Ray, surface_at
+from ..geometry import Footprint, Ray, surface_at
 from ..scene import Camera, Tables
-from ._branch import Arrival, arrival, share
+from ._arrival import Arrival, arrival
+from ._beam import arriving_beam, meeting
 from ._departure import any_ray, departing, parents_of
 from ._local import local_radiance
 from ._plan import Plan
@@ -27,14 +28,13 @@ def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, number: I
 
     Differentiable in `tables` and `camera`, along the recorded tree.
     """
-    branching = plan.effects.branching
+    branching = plan.branching
 
     @partial(jax.checkpoint, prevent_cse=False)
     def visit(nodes: Nodes, parents: Arrival | None, throughput: Vec3, alive):
-        ray, _ = departing(tables, camera, plan, number, offset, parents, nodes.origin, alive)
-        if branching:
-            throughput = throughput * share(tables, plan, parents.object, nodes.origin.lineage % 4)
-        radiance, arrived = _visit(tables, plan, nodes, ray, alive[0])
+        ray, footprint, factor = departing(tables, camera, plan, number, offset, parents, nodes.origin, alive)
+        throughput = throughput * factor
+        radiance, arrived = _visit(tables, plan, nodes, ray, footprint, alive[0])
         added = throughput * radiance
         return where(alive, added, added * 0), (arrived, throughput)
 
@@ -46,7 +46,7 @@ def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, number: I
             nodes = read_block(record.nodes, start, plan.block)
             alive = (start + jnp.arange(plan.block) < end) & plan.in_picture(number, nodes.origin.pixel)
             parents, throughput = parents_of(nodes.origin, state) if branching else (None, white)
-            throughput = where(nodes.origin.level == 1, white, throughput)
+            throughput = where(nodes.origin.lineage == 0, white, throughput)
             added, arrived = visit(nodes, parents, throughput, alive)
             film = jax.tree.map(lambda f, a: f.at[nodes.origin.pixel].add(a), film, added)
             return film, write_block(state, arrived, start) if branching else state
@@ -55,17 +55,25 @@ def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, number: I
 
     one = jnp.ones(plan.block, tables.ambient.dtype)
     white = Vec3(one, one, one)
-    ray, _, _ = any_ray(plan, one.dtype)
+    ray, footprint, _, _ = any_ray(plan, one.dtype)
     nodes = jax.tree.map(lambda a: a[:plan.block], record.nodes)
-    film, arrived = jax.eval_shape(lambda: _visit(tables, plan, nodes, ray, jnp.bool_(True)))
+    film, arrived = jax.eval_shape(lambda: _visit(tables, plan, nodes, ray, footprint, jnp.bool_(True)))
     state = empty_buffers((arrived, film), plan.slots) if branching else ()
     (film, _), _ = jax.lax.scan(follow_block, (empty_buffers(film, plan.pass_pixels), state), (record.starts, record.ends))
     return film
 
 
-def _visit(tables: Tables, plan: Plan, nodes: Nodes, ray: Ray, needed) -> tuple[Vec3, Arrival]:
+def _visit(tables: Tables, plan: Plan, nodes: Nodes, ray: Ray, footprint: Footprint | None, needed) -> tuple[Vec3, Arrival]:
     """One ray to its surface: the light that it brings, and what its children start from."""
-    hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, nodes.object, nodes.entering)
-    local = local_radiance(tables, plan, nodes, hit, ray.direction, needed)
+    beam, arriving = None, ray
+    if footprint is not None:
+        beam, arriving = stage(needed, lambda *a: arriving_beam(tables.shapes, *a), ray, footprint, nodes.object, nodes.cut)
+    hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), arriving, nodes.object, nodes.entering)
+    at = arrival(hit, ray.direction, nodes.outside, beam)
+    if beam is None:
+        local = local_radiance(tables, plan, nodes, hit, ray.direction, needed)
+    else:
+        met = stage(needed, lambda at: meeting(tables.shapes, at), at)
+        local = local_radiance(tables, plan, nodes, hit, met.ray.direction, needed, met) * beam.edge.share
     light = where(nodes.object >= 0, local, tables.background.seen(ray.direction))
-    return light, arrival(hit, ray.direction, nodes.outside)
+    return light, at

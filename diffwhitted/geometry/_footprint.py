@@ -1,0 +1,114 @@
+"""How rays change across their pixel (Igehy 1999, ray differentials), and what an edge leaves of a pixel.
+
+A footprint is carried along with a ray: its derivative along the two sides of the pixel. Whatever the ray meets
+is known to first order over the whole pixel.
+"""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from .._coverage import Linear, coverage, ramp
+from .._safe import normalise, safe_divide
+from .._vector import Vec3, dot, where
+from ._hit import Hit
+from ._ray import Ray
+
+LEAST_COVERAGE = 1e-3
+"""An edge that leaves less than this share of a pixel on one side does not count as one."""
+STEEPEST = 0.001
+"""Cosine below which a grazing ray spreads no further over the surface that it meets."""
+
+
+class Footprint(eqx.Module):
+    """The change of a ray from one side of its pixel to the other."""
+
+    across: Ray
+    """Along the row."""
+    down: Ray
+    """Along the column."""
+
+
+class Patch(eqx.Module):
+    """The change of a point on a surface, and of the unit normal there, over the pixel."""
+
+    point: tuple[Vec3, Vec3]
+    normal: tuple[Vec3, Vec3]
+
+
+class Edge(eqx.Module):
+    """The outline of an object through a pixel: the share that it covers, and where."""
+
+    share: Float[Array, "*n"]
+    """Covered; 1 where no edge is."""
+    across: Float[Array, "*n"]
+    down: Float[Array, "*n"]
+    """The unit vector in the pixel towards the covered side; zero where no edge is."""
+    shift: Float[Array, "*n"]
+    """From the middle of the pixel to the middle of the covered part, along that vector."""
+
+
+def edge_of(outline: Linear, here: Bool[Array, "*n"]) -> Edge:
+    """The edge of an outline (positive on the object) where one is `here`."""
+    outline = Linear(*(jnp.where(here, a, b) for a, b in zip(
+        (outline.value, outline.across, outline.down), (0.0, 1.0, 0.0), strict=True)))
+    share = jnp.clip(coverage(outline), LEAST_COVERAGE, 1 - LEAST_COVERAGE)
+    steepness_squared = outline.across * outline.across + outline.down * outline.down
+    steep = steepness_squared > 0
+    steepness = jnp.sqrt(jnp.where(steep, steepness_squared, 1))
+    here = here & steep
+    shift = (ramp(outline) / share - outline.value) / steepness
+    zero = jnp.zeros_like(share)
+    return Edge(*(jnp.where(here, a, b) for a, b in (
+        (share, zero + 1), (outline.across / steepness, zero), (outline.down / steepness, zero), (shift, zero))))
+
+
+def covered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprint]:
+    """The ray through the middle of the covered part of the pixel, and the footprint of that part."""
+    return _part(ray, footprint, edge, edge.share, edge.shift)
+
+
+def uncovered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprint]:
+    """The ray through the middle of the rest of the pixel, and the footprint of the rest."""
+    rest = 1 - edge.share
+    return _part(ray, footprint, edge, rest, -edge.shift * edge.share * safe_divide(1, rest))
+
+
+def _part(ray: Ray, footprint: Footprint, edge: Edge, share, shift) -> tuple[Ray, Footprint]:
+    def towards(a: Vec3, b: Vec3) -> Vec3:
+        return a * edge.across + b * edge.down
+
+    origin = towards(footprint.across.origin, footprint.down.origin)
+    direction = towards(footprint.across.direction, footprint.down.direction)
+    cut = shift != 0
+    moved = Ray(ray.origin + origin * shift, where(cut, normalise(ray.direction + direction * shift), ray.direction))
+    return moved, narrowed(footprint, edge, share)
+
+
+def narrowed(footprint: Footprint, edge: Edge, share: Float[Array, "*n"]) -> Footprint:
+    """The footprint of a `share` of the pixel, cut across the edge's direction."""
+    lost = 1 - share
+
+    def one(name: str) -> tuple[Vec3, Vec3]:
+        across, down = getattr(footprint.across, name), getattr(footprint.down, name)
+        towards = (across * edge.across + down * edge.down) * lost
+        return across - towards * edge.across, down - towards * edge.down
+
+    origin, direction = one("origin"), one("direction")
+    return Footprint(Ray(origin[0], direction[0]), Ray(origin[1], direction[1]))
+
+
+def spread(ray: Ray, footprint: Footprint, hit: Hit) -> tuple[Vec3, Vec3]:
+    """How the point of a hit moves over the pixel, along the surface.
+
+    dP = q - d (q.N) / (d.N) with q = dO + t dD: the surface is its tangent plane to first order. Edge: where
+    |d.N| < 0.001 the footprint is that of 0.001.
+    """
+    distance = dot(hit.point - ray.origin, ray.direction)
+    towards = jnp.minimum(dot(ray.direction, hit.normal), -STEEPEST)
+
+    def along(side: Ray) -> Vec3:
+        free = side.origin + side.direction * distance
+        return free - ray.direction * (dot(free, hit.normal) / towards)
+
+    return along(footprint.across), along(footprint.down)

@@ -1,0 +1,66 @@
+"""What is known of a ray in the tree: where it came from, and how it arrived at its surface."""
+
+import equinox as eqx
+from jaxtyping import Array, Bool, Float, Int
+
+from .._vector import Vec3
+from ..geometry import Departure, Edge, Footprint, Hit
+
+CAMERA, MIRROR, TRANSMITTED, TOTAL, PAST = range(5)
+"""The branches of the tree: a camera ray, the mirror ray weighted by k_s, the transmitted ray weighted by k_t,
+the mirror ray of total internal reflection, which carries everything, and the part of a ray that runs past the
+outline of an object."""
+
+BRANCH_NAMES = ("camera", "mirror", "transmitted", "total", "past")
+BRANCHES = 8
+"""A child is known by BRANCHES * parent + branch."""
+
+
+class Origin(eqx.Module):
+    """Where rays come from in the tree."""
+
+    pixel: Int[Array, "n"]
+    """Which pixel of the pass the ray belongs to."""
+    level: Int[Array, "n"]
+    """1 for a camera ray."""
+    lineage: Int[Array, "n"]
+    """BRANCHES * parent + branch, the parent by the number of its node."""
+
+    @property
+    def branch(self) -> Int[Array, "n"]:
+        return self.lineage % BRANCHES
+
+    @property
+    def parent(self) -> Int[Array, "n"]:
+        return self.lineage // BRANCHES
+
+
+class Beam(eqx.Module):
+    """What a ray with a footprint keeps of its way: where it came from, and what part of it the surface got."""
+
+    origin: Vec3
+    footprint: Footprint
+    edge: Edge
+    departure: Departure | None
+    """None in the replay, which does not search."""
+
+
+class Arrival(eqx.Module):
+    """How a ray arrived at its surface: all that its children start from."""
+
+    point: Vec3
+    normal: Vec3
+    direction: Vec3
+    object: Int[Array, "n"]
+    entering: Bool[Array, "n"]
+    outside: Int[Array, "n"] | None
+    """The solid around the object, -1 for none; None where the plan knows no nested media."""
+    beam: Beam | None
+    """None where rays have no footprint."""
+
+    def hit(self) -> Hit:
+        return Hit(self.object, self.entering, self.point, self.normal, None)
+
+
+def arrival(hit: Hit, direction: Vec3, outside, beam: Beam | None) -> Arrival:
+    return Arrival(hit.point, hit.normal, direction, hit.object, hit.entering, outside, beam)
