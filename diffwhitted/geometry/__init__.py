@@ -1,6 +1,6 @@
 """Where a ray meets a surface. No colour, no light: rays in, hits out."""
 
-from ._edges import hidden_parts, nearest_part, outline_of, turning_at
+from ._edges import hidden_parts, near_outlines, nearest_part, outline_of, turning_at
 from ._footprint import Edge, Footprint, covered, edge_of, narrowed, spread, uncovered
 from ._hit import Hit
 from ._plane import Planes
@@ -12,6 +12,6 @@ from ._sphere import Spheres
 __all__ = [
     "NOTHING", "Departure", "Edge", "Footprint", "Hit", "Planes", "Polygons", "Ray", "Shapes", "Spheres",
     "blocked", "containing", "covered", "crossing_count", "edge_of", "facing", "hidden_parts",
-    "narrowed", "nearest", "nearest_part",
+    "narrowed", "near_outlines", "nearest", "nearest_part",
     "outline_of", "spread", "surface_at", "turning_at", "uncovered",
 ]

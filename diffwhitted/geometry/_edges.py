@@ -16,6 +16,14 @@ from ._ray import NOTHING, Departure, Ray
 from ._shapes import Shapes, fold
 
 
+def near_outlines(shapes: Shapes, ray: Ray, reach, growth) -> Bool[Array, "n"]:
+    """May the outline of some object lie within `reach` + `growth` times the distance of the ray's line?
+
+    A quick look, which may say yes too often, so that the searches below are for few rays only.
+    """
+    return fold(shapes, lambda found, index, shape: found | shape.near_outline(ray, reach, growth), jnp.zeros(ray.origin.shape, bool))
+
+
 def nearest_part(shapes: Shapes, ray: Ray, footprint: Footprint, departure: Departure):
     """The nearest object that covers part of the pixel: its number (-1 for none), side, and whether its outline cuts the pixel.
 

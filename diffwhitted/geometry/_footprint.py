@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from .._coverage import Linear, coverage, ramp
-from .._safe import normalise, safe_divide
+from .._safe import normalise
 from .._vector import Vec3, dot, where
 from ._hit import Hit
 from ._ray import Ray
@@ -28,12 +28,11 @@ class Footprint(eqx.Module):
     down: Ray
     """Along the column."""
 
-
-class Patch(eqx.Module):
-    """The change of a point on a surface, and of the unit normal there, over the pixel."""
-
-    point: tuple[Vec3, Vec3]
-    normal: tuple[Vec3, Vec3]
+    def reach(self) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
+        """How far the origin and the direction change from the middle of the pixel to a corner, at most. No derivatives."""
+        origin, direction = (dot(a, a) + dot(b, b) for a, b in (
+            (self.across.origin, self.down.origin), (self.across.direction, self.down.direction)))
+        return jnp.sqrt(0.5 * origin), jnp.sqrt(0.5 * direction)
 
 
 class Edge(eqx.Module):
@@ -69,9 +68,14 @@ def covered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprint]
 
 
 def uncovered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprint]:
-    """The ray through the middle of the rest of the pixel, and the footprint of the rest."""
-    rest = 1 - edge.share
-    return _part(ray, footprint, edge, rest, -edge.shift * edge.share * safe_divide(1, rest))
+    """The ray through the middle of the rest of the pixel, and the footprint of the rest, from those of the covered part.
+
+    The middles are `shift` and -`shift` share / (1 - share) from that of the pixel, which is `shift` / (1 - share)
+    apart; along the edge's direction the covered part changes by `share` of what the whole pixel does.
+    """
+    covered_share = jnp.where(edge.share > 0, edge.share, 1)
+    rest = jnp.where(edge.share < 1, 1 - edge.share, 1)
+    return _part(ray, footprint, edge, rest / covered_share, -edge.shift / (rest * covered_share))
 
 
 def _part(ray: Ray, footprint: Footprint, edge: Edge, share, shift) -> tuple[Ray, Footprint]:

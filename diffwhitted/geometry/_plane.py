@@ -49,6 +49,10 @@ class Planes(eqx.Module):
         rise = Linear(*(sign * dot(self.normal, d) for d in (ray.direction, footprint.across.direction, footprint.down.direction)))
         return rise, jnp.full_like(sign, HORIZON)
 
+    def near_outline(self, ray: Ray, reach, growth):
+        """May the horizon lie within the angle `growth` of the ray?"""
+        return abs(dot(self.normal, ray.direction)) <= growth
+
     def side(self, ray: Ray):
         """Does a ray that only just meets the shape come from its outer side?"""
         return dot(self.normal, ray.origin) >= self.offset

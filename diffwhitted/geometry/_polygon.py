@@ -56,12 +56,15 @@ class Polygons(eqx.Module):
             nearest, outwards = where(abs(away) < abs(nearest), (away, normal), (nearest, outwards))
         return Linear(-nearest, *(-dot(outwards, step) for step in steps)), distance
 
+    def _side(self, k: int) -> tuple[Vec3, Vec3]:
+        """Where side k starts, and the way to its end."""
+        corners = self.vertices
+        start, end = (Vec3(*(c[..., i % c.shape[-1]] for c in (corners.x, corners.y, corners.z))) for i in (k, k + 1))
+        return start, end - start
+
     def _from_side(self, k: int, plane: Planes, point: Vec3, inside):
         """Signed distance of a point of the plane from side k (negative inside), and its direction of growth."""
-        corners = self.vertices
-        start = Vec3(corners.x[..., k], corners.y[..., k], corners.z[..., k])
-        k = (k + 1) % corners.x.shape[-1]
-        side = Vec3(corners.x[..., k], corners.y[..., k], corners.z[..., k]) - start
+        start, side = self._side(k)
         long = dot(side, side) > 0
         from_start = point - start
         share = safe_divide(dot(from_start, side), dot(side, side))
@@ -70,6 +73,21 @@ class Polygons(eqx.Module):
         beside = long & (share > 0) & (share < 1)
         away = where(beside, dot(normal, from_start), -inside * length(to_corner))
         return away, where(beside, normal, normalise(to_corner) * -inside)
+
+    def near_outline(self, ray: Ray, reach, growth):
+        """May one of the sides lie within `reach` + `growth` times the distance of the ray's line?"""
+        found = jnp.zeros(ray.origin.shape, bool)
+        for k in range(self.vertices.x.shape[-1]):
+            start, side = self._side(k)
+            to_start = start - ray.origin
+            across = cross(ray.direction, side)
+            long = jnp.sqrt(dot(side, side))
+            around = reach + growth * (jnp.sqrt(dot(to_start, to_start)) + long)
+            moment, middle = dot(to_start, across), to_start + side * 0.5
+            middle = middle - ray.direction * dot(middle, ray.direction)
+            apart = around + 0.5 * long
+            found = found | ((moment * moment <= around * around * dot(across, across)) & (dot(middle, middle) <= apart * apart))
+        return found
 
     def side(self, ray: Ray):
         """Does a ray that only just meets the shape come from its outer side?"""

@@ -67,6 +67,14 @@ class Spheres(eqx.Module):
 
         return Linear(self.radius - length(miss), along(footprint.across), along(footprint.down)), middle
 
+    def near_outline(self, ray: Ray, reach, growth):
+        """May the outline lie within `reach` + `growth` times the distance of the ray's line? No derivatives."""
+        _, middle, miss, _ = self._chord(ray)
+        around = reach + growth * abs(middle)
+        low, high = jnp.maximum(self.radius - around, 0), self.radius + around
+        from_line = dot(miss, miss)
+        return (from_line >= low * low) & (from_line <= high * high)
+
     def side(self, ray: Ray):
         """Does a ray that only just meets the shape come from its outer side?"""
         return jnp.ones(ray.origin.shape, bool)

@@ -1,5 +1,5 @@
 """How a ray bends and splits at a surface."""
 
-from ._bend import eta_at, mirrored, refracted, refracted_change, refraction_radicand
+from ._bend import Turn, eta_at, mirrored, refracted, refraction_radicand, turn_at
 
-__all__ = ["eta_at", "mirrored", "refracted", "refracted_change", "refraction_radicand"]
+__all__ = ["Turn", "eta_at", "mirrored", "refracted", "refraction_radicand", "turn_at"]

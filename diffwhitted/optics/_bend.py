@@ -1,10 +1,11 @@
 """How a ray bends at a surface."""
 
+import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from .._safe import safe_divide, safe_sqrt
-from .._vector import Vec3, dot
+from .._vector import Vec3, dot, where
 
 
 def mirrored(direction: Vec3, normal: Vec3) -> Vec3:
@@ -20,30 +21,50 @@ def refraction_radicand(cos_i: Float[Array, "*n"], eta: Float[Array, "*n"]) -> F
     return cos_i * cos_i + (1 - eta) * (1 + eta) * (1 - cos_i * cos_i)
 
 
-def refracted(direction: Vec3, normal: Vec3, eta: Float[Array, "*n"], radicand: Float[Array, "*n"] | None = None) -> Vec3:
+def refracted(direction: Vec3, normal: Vec3, eta: Float[Array, "*n"]) -> Vec3:
     """T = eta u - (cos_r - eta cos_i) N (Hearn and Baker 14-50), N on the side of the incoming ray.
 
-    `eta` is the index on the ray's side over the one on the far side; `radicand` may replace cos_r**2. Edges:
-    at eta = 1 the ray goes straight on to the last digit or two; at the critical angle cos_r = 0 with
-    derivative 0 (the one-sided limit is infinite). Past it the result has no meaning: see `refraction_radicand`.
+    `eta` is the index on the ray's side over the one on the far side. Edges: at eta = 1 the ray goes
+    straight on to the last digit or two; at the critical angle cos_r = 0 with derivative 0 (the one-sided
+    limit is infinite). Past it the result has no meaning: see `refraction_radicand`.
     """
     cos_i = -dot(direction, normal)
-    cos_r = safe_sqrt(refraction_radicand(cos_i, eta) if radicand is None else radicand)
+    cos_r = safe_sqrt(refraction_radicand(cos_i, eta))
     return direction * eta - normal * (cos_r - eta * cos_i)
 
 
-def refracted_change(direction: Vec3, normal: Vec3, eta: Float[Array, "*n"], radicand: Float[Array, "*n"], turn: Vec3,
-                     normal_turn: Vec3) -> Vec3:
-    """Change of T where the direction changes by `turn` and the normal by `normal_turn` (Igehy 1999).
+class Turn(eqx.Module):
+    """A direction after a surface, a u + b N, and how its coefficients change with cos_i.
 
-    The radicand may be another than that of the ray in the middle: a mean over the pixel keeps
-    d cos_r = d(cos_r**2) / (2 cos_r) finite at the critical angle. Edge: 0 where the radicand is not positive.
+    A mirror has a = 1, b = 2 cos_i; glass has a = eta, b = eta cos_i - cos_r.
     """
-    cos_i = -dot(direction, normal)
-    change_i = -(dot(turn, normal) + dot(direction, normal_turn))
+
+    along: Float[Array, "*n"]
+    normal: Float[Array, "*n"]
+    slope: Float[Array, "*n"]
+    """db / d cos_i: 2 for a mirror; eta - eta**2 cos_i / cos_r for glass."""
+
+    def direction(self, incoming: Vec3, normal: Vec3) -> Vec3:
+        return incoming * self.along + normal * self.normal
+
+    def change(self, normal: Vec3, turn: Vec3, normal_turn: Vec3, change_i: Float[Array, "*n"]) -> Vec3:
+        """Change of the direction for a change `turn` of the incoming one and `normal_turn` of the normal (Igehy 1999)."""
+        return turn * self.along + normal * (self.slope * change_i) + normal_turn * self.normal
+
+
+def turn_at(cos_i: Float[Array, "*n"], eta: Float[Array, "*n"] | None = None, radicand: Float[Array, "*n"] | None = None,
+            through: Bool[Array, "*n"] | None = None) -> Turn:
+    """Mirrored, or refracted where `through`.
+
+    The radicand cos_r**2 may be another than that of the ray in the middle: a mean over the pixel keeps the slope
+    finite at the critical angle. Edge: its part of the slope is 0 where the radicand is not positive.
+    """
+    mirror = Turn(jnp.ones_like(cos_i), 2 * cos_i, jnp.full_like(cos_i, 2))
+    if eta is None:
+        return mirror
     cos_r = safe_sqrt(radicand)
-    change_r = safe_divide(eta * eta * cos_i * change_i, cos_r)
-    return turn * eta - normal * (change_r - eta * change_i) - normal_turn * (cos_r - eta * cos_i)
+    glass = Turn(eta, eta * cos_i - cos_r, eta - safe_divide(eta * eta * cos_i, cos_r))
+    return where(through, glass, mirror)
 
 
 def eta_at(entering, inside: Float[Array, "*n"], outside: Float[Array, "*n"]) -> Float[Array, "*n"]:

@@ -6,13 +6,23 @@ each with the mean of a periodic wave over a trapezoid.
 """
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from .._coverage import Linear, coverage, joint_coverage
 
 STRIPS = 4
 WIDEST = 50.0
 """Cells; the mean over a wider footprint is 0 to three digits."""
+
+
+def may_vary(waves: list[Linear], slant) -> Bool[Array, "*n"]:
+    """May an edge of one of the waves lie in the pixel?"""
+    nearness = 1 - 0.5 * (abs(slant[0]) + abs(slant[1]))
+    found = nearness < 0.1
+    for wave in waves:
+        reach = 0.5 * (abs(wave.across) + abs(wave.down)) / jnp.maximum(nearness, 0.1)
+        found = found | (abs(wave.value - jnp.round(wave.value)) < reach)
+    return found
 
 
 def checker_mean(waves: list[Linear], slant) -> Float[Array, "*n"]:

@@ -2,13 +2,13 @@
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from .._coverage import Linear
 from .._errors import SceneError
 from .._vector import Vec3, vec3, where
 from ._checks import number_array, require
-from ._square_wave import checker_mean
+from ._square_wave import checker_mean, may_vary
 
 
 class Checker(eqx.Module):
@@ -36,9 +36,15 @@ class Checker(eqx.Module):
     def mean(self, point: Vec3, steps: tuple[Vec3, Vec3], slant) -> Vec3:
         """Linear RGB, averaged over the pixel in which the point is (steps_u u + steps_v v) / (1 + slant_u u + slant_v v)
         away from its middle, u and v from -1/2 to 1/2."""
-        waves = [Linear(*(getattr(v, axis) / self.size for v in (point, *steps))) for axis in self.axes]
-        share = 0.5 * (1 + checker_mean(waves, slant))
+        share = 0.5 * (1 + checker_mean(self._waves(point, steps), slant))
         return vec3(self.colours[0]) * share + vec3(self.colours[1]) * (1 - share)
+
+    def varies(self, point: Vec3, steps: tuple[Vec3, Vec3], slant) -> Bool[Array, "*n"]:
+        """May the colour change within that pixel?"""
+        return may_vary(self._waves(point, steps), slant)
+
+    def _waves(self, point: Vec3, steps: tuple[Vec3, Vec3]) -> list[Linear]:
+        return [Linear(*(getattr(v, axis) / self.size for v in (point, *steps))) for axis in self.axes]
 
 
 Texture = Checker

@@ -4,7 +4,7 @@ import equinox as eqx
 from jaxtyping import Array, Bool, Float, Int
 
 from .._vector import Vec3
-from ..geometry import Departure, Edge, Footprint, Hit
+from ..geometry import Departure, Edge, Footprint, Hit, Ray
 
 CAMERA, MIRROR, TRANSMITTED, TOTAL, PAST = range(5)
 """The branches of the tree: a camera ray, the mirror ray weighted by k_s, the transmitted ray weighted by k_t,
@@ -36,7 +36,10 @@ class Origin(eqx.Module):
 
 
 class Beam(eqx.Module):
-    """What a ray with a footprint keeps of its way: where it came from, and what part of it the surface got."""
+    """What a ray with a footprint keeps of its way: where it came from, and what part of its pixel the surface got.
+
+    Ray and footprint are those of the part that the object covers.
+    """
 
     origin: Vec3
     footprint: Footprint
@@ -60,6 +63,10 @@ class Arrival(eqx.Module):
 
     def hit(self) -> Hit:
         return Hit(self.object, self.entering, self.point, self.normal, None)
+
+    def ray(self) -> Ray:
+        """The ray that arrived, where it has a footprint."""
+        return Ray(self.beam.origin, self.direction)
 
 
 def arrival(hit: Hit, direction: Vec3, outside, beam: Beam | None) -> Arrival:

@@ -1,9 +1,10 @@
-"""Children of a ray that has a footprint: Igehy's ray differentials (1999) through mirrors and glass.
+"""Rays with a footprint: from a ray to what it meets, and from a parent to its child (Igehy 1999, ray differentials).
 
-Two edges may cut the pixel of a parent. Past the outline of its object, a third child goes on as if the object
+Two edges may cut the pixel of a ray. Past the outline of its object, a third child goes on as if the object
 were not there, with the share of the pixel that it leaves free. At the rim of total internal reflection the
 transmitted child has the share of the pixel where cos_r**2 > 0, and the mean of cos_r**2 there in place of its
-value in the middle: d cos_r then stays finite, where plain refraction has an infinite slope.
+value in the middle: d cos_r then stays finite, where plain refraction has an infinite slope. Both are rare, and
+are computed for the rays concerned alone.
 """
 
 import equinox as eqx
@@ -14,11 +15,12 @@ from jaxtyping import Array, Bool, Float, Int
 from .._coverage import Linear, is_cut, ramp
 from .._safe import normalise, safe_divide
 from .._vector import Vec3, dot, lookup, where
-from ..geometry import Departure, Footprint, Ray, Shapes, covered, edge_of, narrowed, outline_of, spread, turning_at, uncovered
-from ..optics import mirrored, refracted, refracted_change, refraction_radicand
+from ..geometry import Departure, Edge, Footprint, Hit, Ray, Shapes, covered, edge_of, narrowed, outline_of, spread, turning_at, uncovered
+from ..optics import Turn, refraction_radicand, turn_at
 from ..scene import Light, Tables
 from ._arrival import PAST, TOTAL, TRANSMITTED, Arrival, Beam
 from ._plan import Plan
+from ._stage import packed, stage
 
 STEEPEST = 1.6
 """Slant beyond which a footprint that runs to the horizon is cut off: at 2 its far end is infinitely far away."""
@@ -27,23 +29,38 @@ LEAST = 1e-3
 
 
 class Meeting(eqx.Module):
-    """How the covered part of a pixel meets the surface: all to first order, along both sides of the pixel."""
+    """How a pixel meets the surface: all to first order, along both sides of the pixel."""
 
-    ray: Ray
-    footprint: Footprint
     steps: tuple[Vec3, Vec3]
     """Of the point, along the surface."""
     turns: tuple[Vec3, Vec3]
     """Of the normal on the side of the ray."""
-    slant: tuple[Float[Array, "n"], Float[Array, "n"]]
-    """Perspective: on a flat surface the point is at (dP_u u + dP_v v) / (1 + slant_u u + slant_v v); else 0."""
 
 
-def arriving_beam(shapes: Shapes, ray: Ray, footprint: Footprint, object: Int[Array, "n"], cut: Bool[Array, "n"],
-                  departure: Departure | None = None) -> tuple[Beam, Ray]:
-    """What a ray keeps of its way to an object whose outline may cut the pixel, and the ray through the covered part."""
-    edge = edge_of(outline_of(shapes, ray, footprint, object), cut)
-    return Beam(ray.origin, footprint, edge, departure), covered(ray, footprint, edge)[0]
+def arriving(shapes: Shapes, ray: Ray, footprint: Footprint, object: Int[Array, "n"], cut: Bool[Array, "n"],
+             departure: Departure | None = None) -> tuple[Ray, Beam]:
+    """The ray through the part of its pixel that its object covers, and what it keeps of its way there."""
+
+    def cut_one(ray, footprint, object):
+        edge = edge_of(outline_of(shapes, ray, footprint, object), object >= 0)
+        return *covered(ray, footprint, edge), edge
+
+    zero = jnp.zeros_like(ray.origin.x)
+    whole = Edge(zero + 1, zero, zero, zero)
+    ray, footprint, edge = packed(cut, cut_one, (ray, footprint, whole), ray, footprint, object)
+    return ray, Beam(ray.origin, footprint, edge, departure)
+
+
+def meeting(shapes: Shapes, ray: Ray, footprint: Footprint, hit: Hit) -> Meeting:
+    steps = spread(ray, footprint, hit)
+    return Meeting(steps, turning_at(shapes, hit, steps))
+
+
+def slant(met: Meeting, ray: Ray, footprint: Footprint, normal: Vec3) -> tuple[Float[Array, "n"], Float[Array, "n"]]:
+    """Perspective: on a flat surface the point is at (dP_u u + dP_v v) / (1 + slant_u u + slant_v v); 0 on others."""
+    flat, towards = sum(dot(turn, turn) for turn in met.turns) == 0, dot(ray.direction, normal)
+    return tuple(jnp.clip(jnp.where(flat, safe_divide(dot(side.direction, normal), towards), 0), -STEEPEST, STEEPEST)
+                 for side in (footprint.across, footprint.down))
 
 
 def light_beam(light: Light, point: Vec3, steps: tuple[Vec3, Vec3]) -> Footprint:
@@ -51,76 +68,72 @@ def light_beam(light: Light, point: Vec3, steps: tuple[Vec3, Vec3]) -> Footprint
     return Footprint(*(Ray(step, jax.jvp(lambda p: light.arriving(p)[0], (point,), (step,))[1]) for step in steps))
 
 
-def meeting(shapes: Shapes, at: Arrival) -> Meeting:
-    ray, footprint = covered(Ray(at.beam.origin, at.direction), at.beam.footprint, at.beam.edge)
-    steps = spread(ray, footprint, at.hit())
-    turns = turning_at(shapes, at.hit(), steps)
-    flat = sum(dot(turn, turn) for turn in turns) == 0
-    towards = dot(ray.direction, at.normal)
-    slant = [jnp.clip(jnp.where(flat, safe_divide(dot(side.direction, at.normal), towards), 0), -STEEPEST, STEEPEST)
-             for side in (footprint.across, footprint.down)]
-    return Meeting(ray, footprint, steps, turns, tuple(slant))
+def radicand(at: Arrival, met: Meeting, eta: Float[Array, "n"]) -> Linear:
+    """cos_r**2 over the pixel: d cos_r**2 = 2 eta**2 cos_i d cos_i."""
+    cos_i, changes = _cosine(at, met)
+    return Linear(refraction_radicand(cos_i, eta), *(change * (2 * eta * eta * cos_i) for change in changes)).within(1.0)
 
 
-def rim(shapes: Shapes, at: Arrival, eta: Float[Array, "n"]) -> tuple[Bool[Array, "n"], Bool[Array, "n"]]:
-    """In which pixels some of the light, and in which all of it, is past the critical angle."""
-    radicand = _radicand(meeting(shapes, at), at.normal, eta)
-    cut = is_cut(radicand, LEAST)
-    return (radicand.value < 0) | cut, (radicand.value < 0) & ~cut
+def is_rim(square: Linear) -> Bool[Array, "n"]:
+    """Does total internal reflection begin within the pixel?"""
+    return is_cut(square, LEAST)
 
 
 def child_beam(tables: Tables, plan: Plan, at: Arrival, branch: Int[Array, "n"], factor: Vec3,
                eta: Float[Array, "n"] | None) -> tuple[Ray, Footprint, Vec3]:
     """The ray that leaves a parent along a branch, its footprint, and the share of its light that the parent passes on."""
-    met = meeting(tables.shapes, at)
-    direction, turns = _mirrored(met, at.normal)
-    footprint = _on_surface(met, turns)
-    if plan.effects.refraction:
-        through = branch == TRANSMITTED
-        bent, bent_footprint, open_share = _refracted(plan, met, at.normal, eta)
-        direction, footprint = where(through, (bent, bent_footprint), (direction, footprint))
-        factor = where(through, factor * open_share, factor)
-        if plan.effects.total_internal_reflection and plan.total_reflection_is_full:
-            reflected = _mirror_coefficient(tables, plan, at) * open_share
-            factor = where(branch == TOTAL, factor * (1 - open_share) + reflected, factor)
-    past, rest = uncovered(Ray(at.beam.origin, at.direction), at.beam.footprint, at.beam.edge)
-    beside, kept = branch == PAST, at.beam.edge.share
-    ray, footprint = where(beside, (past, rest), (Ray(at.point, direction), footprint))
-    return ray, footprint, factor * jnp.where(beside, 1 - kept, kept)
+    needed = branch[0] >= 0
+    met = stage(needed, lambda at: meeting(tables.shapes, at.ray(), at.beam.footprint, at.hit()), at)
+    turn, changes, special = stage(needed, lambda *a: _turn(plan, *a), at, met, branch, eta)
+    ray, footprint = stage(needed, _turned, at, met, turn, changes)
+    factor = factor * at.beam.edge.share
+    return packed(special, lambda *a: _special(tables, plan, *a), (ray, footprint, factor), at, branch, factor, eta)
 
 
-def _mirrored(met: Meeting, normal: Vec3) -> tuple[Vec3, list[Vec3]]:
-    """The mirror direction and its change along both sides of the pixel."""
-    sides = (met.footprint.across, met.footprint.down)
-    turns = [jax.jvp(mirrored, (met.ray.direction, normal), (side.direction, turn))[1]
-             for side, turn in zip(sides, met.turns, strict=True)]
-    return mirrored(met.ray.direction, normal), turns
+def _turn(plan: Plan, at: Arrival, met: Meeting, branch, eta):
+    """How the direction turns, how cos_i changes, and whether the ray is one of the rare ones."""
+    cos_i, changes = _cosine(at, met)
+    special = branch == PAST
+    if not plan.effects.refraction:
+        return turn_at(cos_i), changes, special
+    square = radicand(at, met, eta)
+    if plan.effects.total_internal_reflection:
+        special = special | is_rim(square)
+    return turn_at(cos_i, eta, square.value, branch == TRANSMITTED), changes, special
 
 
-def _refracted(plan: Plan, met: Meeting, normal: Vec3, eta) -> tuple[Vec3, Footprint, Float[Array, "n"]]:
-    """The transmitted direction, its footprint, and the share of the pixel that is not past the critical angle."""
-    radicand = _radicand(met, normal, eta)
-    edge = edge_of(radicand, is_cut(radicand, LEAST) & plan.effects.total_internal_reflection)
-    square = jnp.where(edge.share < 1, ramp(radicand) / edge.share, radicand.value)
-    sides = (met.footprint.across, met.footprint.down)
-    turns = [refracted_change(met.ray.direction, normal, eta, square, side.direction, turn)
-             for side, turn in zip(sides, met.turns, strict=True)]
-    direction = normalise(refracted(met.ray.direction, normal, eta, square))
-    return direction, narrowed(_on_surface(met, turns), edge, edge.share), edge.share
+def _turned(at: Arrival, met: Meeting, turn: Turn, changes) -> tuple[Ray, Footprint]:
+    sides = zip((at.beam.footprint.across, at.beam.footprint.down), met.steps, met.turns, changes, strict=True)
+    footprint = [Ray(step, turn.change(at.normal, side.direction, normal_turn, change)) for side, step, normal_turn, change in sides]
+    return Ray(at.point, turn.direction(at.direction, at.normal)), Footprint(*footprint)
 
 
-def _on_surface(met: Meeting, turns) -> Footprint:
-    return Footprint(*(Ray(step, turn) for step, turn in zip(met.steps, turns, strict=True)))
+def _special(tables: Tables, plan: Plan, at: Arrival, branch, factor: Vec3, eta) -> tuple[Ray, Footprint, Vec3]:
+    """A child that runs past its parent's object, or that leaves it where total reflection begins."""
+    past, rest = uncovered(at.ray(), at.beam.footprint, at.beam.edge)
+    beside = branch == PAST
+    left = safe_divide(1 - at.beam.edge.share, at.beam.edge.share)
+    if not (plan.effects.refraction and plan.effects.total_internal_reflection):
+        return past, rest, factor * left
+    met = meeting(tables.shapes, at.ray(), at.beam.footprint, at.hit())
+    square = radicand(at, met, eta)
+    edge = edge_of(square, is_rim(square))
+    open_share = edge.share
+    mean = jnp.where(open_share < 1, ramp(square) / open_share, square.value)
+    cos_i, changes = _cosine(at, met)
+    through = branch == TRANSMITTED
+    ray, footprint = _turned(at, met, turn_at(cos_i, eta, mean, through), changes)
+    ray = Ray(ray.origin, normalise(ray.direction))
+    footprint = where(through, narrowed(footprint, edge, open_share), footprint)
+    factor = where(through, factor * open_share, factor)
+    if plan.total_reflection_is_full:
+        k_s = lookup(tables.materials.k_s, lookup(tables.material_of, at.object)) * (open_share if plan.effects.reflection else 0)
+        whole = factor * (1 - open_share) + factor * k_s
+        factor = where(branch == TOTAL, whole, factor)
+    return where(beside, (past, rest, factor * left), (ray, footprint, factor))
 
 
-def _radicand(met: Meeting, normal: Vec3, eta) -> Linear:
-    """cos_r**2 over the pixel: d cos_r**2 = 2 eta**2 cos_i d cos_i."""
-    cos_i = -dot(met.ray.direction, normal)
-    changes = [-(dot(side.direction, normal) + dot(met.ray.direction, turn)) * (2 * eta * eta * cos_i)
-               for side, turn in zip((met.footprint.across, met.footprint.down), met.turns, strict=True)]
-    return Linear(refraction_radicand(cos_i, eta), *changes).within(1.0)
-
-
-def _mirror_coefficient(tables: Tables, plan: Plan, at: Arrival) -> Vec3:
-    k_s = lookup(tables.materials.k_s, lookup(tables.material_of, at.object))
-    return k_s if plan.effects.reflection else k_s * 0
+def _cosine(at: Arrival, met: Meeting):
+    """cos_i, and its change along both sides of the pixel."""
+    sides = zip((at.beam.footprint.across, at.beam.footprint.down), met.turns, strict=True)
+    return -dot(at.direction, at.normal), [-(dot(side.direction, at.normal) + dot(at.direction, turn)) for side, turn in sides]

@@ -4,29 +4,33 @@ I = k_a I_a + sum over lights of s_j I_j (k_d (N.L_j) + k_h (highlight)), Parker
 has no factor N.L. Only the terms that the plan's effects name are computed.
 """
 
+import equinox as eqx
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from .._coverage import Linear, coverage, ramp
+from .._safe import safe_divide
 from .._vector import Vec3, dot, lookup, where
-from ..geometry import Hit, Ray, outline_of
+from ..geometry import Ray, outline_of
 from ..illumination import diffuse, halfway_highlight, lit, reflected_highlight, tint
 from ..scene import Tables
-from ._beam import Meeting, light_beam
+from ._arrival import Arrival
+from ._beam import Meeting, light_beam, slant
 from ._plan import Plan
 from ._record import Nodes, glass_by_material, most_crossed
-from ._stage import stage
+from ._stage import packed, stage
 
 
-def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, hit: Hit, incoming: Vec3, needed, met: Meeting | None = None) -> Vec3:
+def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed, met: Meeting | None = None) -> Vec3:
     """Linear RGB that leaves the surface towards where the ray came from; of no meaning for a miss.
 
     `needed`: whether any ray of the block is alive (see `stage`). With `met` it is the mean over the footprint.
     """
     effects, materials = plan.effects, tables.materials
-    material = lookup(tables.material_of, hit.object)
-    black = jnp.zeros_like(hit.point.x)
+    material = lookup(tables.material_of, at.object)
+    black = jnp.zeros_like(at.point.x)
     radiance = Vec3(black, black, black)
-    patterns = [_pattern(t, hit, met, needed) for t in tables.textures] if effects.textures else []
+    patterns = [_pattern(t, at, met, needed) for t in tables.textures] if effects.textures else []
     if effects.ambient:
         k_a = _patterned(lookup(materials.k_a, material), material, patterns, plan.k_a_textures)
         radiance = radiance + k_a * tables.ambient
@@ -35,54 +39,86 @@ def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, hit: Hit, incoming:
     k_d = _patterned(lookup(materials.k_d, material), material, patterns, plan.k_d_textures) if effects.diffuse else None
     k_h = lookup(materials.k_h, material) if effects.highlight else None
     for number, light in enumerate(tables.lights):
-        to_light, _, colour = stage(needed, light.arriving, hit.point)
-        terms = stage(needed, lambda *a: _terms(tables, plan, light, *a), material, hit, to_light, incoming, met)  # noqa: B023
+        to_light, _, colour = stage(needed, light.arriving, at.point)
+        terms = stage(needed, lambda *a: _terms(tables, plan, *a), material, at, to_light)
+        share = _arriving_share(tables, plan, nodes, number)
+        if met is not None:
+            terms = _at_terminator(light, terms, at, to_light, met, needed)
+            share = share * _past_edges(tables, plan, light, nodes, number, at, to_light, met)
         sent_back = Vec3(black, black, black)
         if effects.diffuse:
-            sent_back = sent_back + k_d * terms["diffuse"]
+            sent_back = sent_back + k_d * terms.diffuse
         if effects.highlight:
-            sent_back = sent_back + k_h * terms["highlight"]
-        seen = _arriving_share(tables, plan, nodes, number)
-        if met is not None and effects.shadows:
-            for part in nodes.shading[number]:
-                share = stage(needed, lambda *a: _shown(tables, light, *a), hit, to_light, met, part)  # noqa: B023
-                seen = seen * _past(tables, plan, part, share)
-        radiance = radiance + sent_back * colour * seen
+            sent_back = sent_back + k_h * (terms.lit * terms.lobe)
+        radiance = radiance + sent_back * colour * share
     return radiance
 
 
-def _pattern(texture, hit: Hit, met: Meeting | None, needed) -> Vec3:
+class Terms(eqx.Module):
+    """What a light does at a point: N.L, whether it is before the surface, and the highlight's lobe; None if not called for."""
+
+    diffuse: Float[Array, "n"] | None
+    lit: Float[Array, "n"] | None
+    lobe: Float[Array, "n"] | None
+
+
+def _terms(tables: Tables, plan: Plan, material, at: Arrival, to_light: Vec3) -> Terms:
+    effects = plan.effects
+    return Terms(diffuse(at.normal, to_light) if effects.diffuse else None, lit(at.normal, to_light) if effects.highlight else None,
+                 _highlight(tables, plan, material, at, to_light) if effects.highlight else None)
+
+
+def _at_terminator(light, terms: Terms, at: Arrival, to_light: Vec3, met: Meeting, needed) -> Terms:
+    """The mean of N.L and of its sign over the footprint, where it runs across the line between light and shade."""
+
+    def near(at, to_light, met):
+        turn, step = (jnp.sqrt(0.5 * sum(dot(v, v) for v in pair)) for pair in (met.turns, met.steps))
+        cosine = abs(dot(at.normal, to_light))
+        return (cosine <= turn + _slope_with_distance(light, at.point) * step * cosine) & (at.object >= 0)
+
+    def mean(point, normal, to_light, met):
+        beam = light_beam(light, point, met.steps)
+        slopes = [dot(turn, to_light) + dot(normal, side.direction) for turn, side in zip(met.turns, (beam.across, beam.down), strict=True)]
+        height = Linear(dot(normal, to_light), *slopes).within(1.0)
+        return ramp(height), coverage(height)
+
+    whole = diffuse(at.normal, to_light), lit(at.normal, to_light)
+    facing, before = packed(stage(needed, near, at, to_light, met), mean, whole, at.point, at.normal, to_light, met)
+    return Terms(None if terms.diffuse is None else facing, None if terms.lit is None else before, terms.lobe)
+
+
+def _slope_with_distance(light, point: Vec3):
+    """How fast the direction to the light turns with the place, at most: 1 / distance."""
+    return safe_divide(1, light.arriving(point)[1])
+
+
+def _pattern(texture, at: Arrival, met: Meeting | None, needed) -> Vec3:
     """The colour of a texture at the hit, or its mean over the footprint."""
-    return texture.at(hit.point) if met is None else stage(needed, texture.mean, hit.point, met.steps, met.slant)
-
-
-def _terms(tables: Tables, plan: Plan, light, material, hit: Hit, to_light: Vec3, incoming: Vec3, met: Meeting | None) -> dict:
-    """N.L and the highlight's lobe, whichever the plan calls for."""
     if met is None:
-        facing, before = diffuse(hit.normal, to_light), lit(hit.normal, to_light)
-    else:
-        beam = light_beam(light, hit.point, met.steps)
-        slopes = [dot(turn, to_light) + dot(hit.normal, side.direction)
-                  for turn, side in zip(met.turns, (beam.across, beam.down), strict=True)]
-        height = Linear(dot(hit.normal, to_light), *slopes).within(1.0)
-        facing, before = ramp(height), coverage(height)
-    terms = {}
-    if plan.effects.diffuse:
-        terms["diffuse"] = facing
-    if plan.effects.highlight:
-        terms["highlight"] = before * _highlight(tables, plan, material, hit, to_light, incoming)
-    return terms
+        return texture.at(at.point)
+    slants = stage(needed, slant, met, at.ray(), at.beam.footprint, at.normal)
+    varied = stage(needed, texture.varies, at.point, met.steps, slants)
+    return packed(varied & (at.object >= 0), texture.mean, texture.at(at.point), at.point, met.steps, slants)
 
 
-def _shown(tables: Tables, light, hit: Hit, to_light: Vec3, met: Meeting, part):
-    """The share of the footprint from which a light is seen past an object that hides it in part."""
-    outline = outline_of(tables.shapes, Ray(hit.point, to_light), light_beam(light, hit.point, met.steps), part)
-    return coverage(-outline)
+def _past_edges(tables: Tables, plan: Plan, light, nodes: Nodes, number: int, at: Arrival, to_light: Vec3, met: Meeting):
+    """What comes past the objects that hide the light from part of the footprint."""
+    one = jnp.ones_like(at.point.x)
+    through = whole = Vec3(one, one, one) if plan.effects.tinted_shadows else one
+    if not plan.effects.shadows:
+        return through
+
+    def look(point, to_light, steps, part):
+        outline = outline_of(tables.shapes, Ray(point, to_light), light_beam(light, point, steps), part)
+        return _past(tables, plan, part, coverage(-outline))
+
+    for part in nodes.shading[number]:
+        through = through * packed(part >= 0, look, whole, at.point, to_light, met.steps, part)
+    return through
 
 
 def _past(tables: Tables, plan: Plan, part, share):
     """What comes past the object: all that its outline leaves free, and what tinted glass lets through of the rest."""
-    share = jnp.where(part >= 0, share, 1)
     if not plan.effects.tinted_shadows:
         return share
     material = lookup(tables.material_of, part)
@@ -102,13 +138,13 @@ def _patterned(coefficient: Vec3, material, patterns, textures: tuple[int, ...])
     return coefficient
 
 
-def _highlight(tables: Tables, plan: Plan, material, hit: Hit, to_light: Vec3, incoming: Vec3):
+def _highlight(tables: Tables, plan: Plan, material, at: Arrival, to_light: Vec3):
     exponent = lookup(tables.materials.phong_exponent, material)
-    value = jnp.zeros_like(hit.point.x)
+    value = jnp.zeros_like(at.point.x)
     for model, lobe in (("halfway", halfway_highlight), ("reflected", reflected_highlight)):
         if model in plan.highlight_models:
             here = lookup(jnp.asarray([m == model for m in plan.highlight_models]), material)
-            value = jnp.where(here, lobe(hit.normal, to_light, incoming, exponent), value)
+            value = jnp.where(here, lobe(at.normal, to_light, at.direction, exponent), value)
     return value
 
 

@@ -11,15 +11,16 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from ..geometry import Departure, Footprint, Ray, containing, hidden_parts, nearest, nearest_part, surface_at
+from .._vector import dot
+from ..geometry import NOTHING, Departure, Footprint, Ray, containing, hidden_parts, near_outlines, nearest, nearest_part, surface_at
 from ..illumination import before, sees_light, surfaces_crossed
 from ..scene import Camera, Tables
 from ._arrival import BRANCHES, PAST, TRANSMITTED, Arrival, Origin, arrival
-from ._beam import arriving_beam, light_beam, meeting
+from ._beam import Meeting, arriving, light_beam, meeting
 from ._branch import branches
 from ._departure import any_ray, departing, parents_of, sides_of
-from ._plan import LANES, Plan
-from ._stage import empty_buffers, stage, write_block
+from ._plan import Plan
+from ._stage import empty_buffers, packed, running_count, stage, write_block
 
 MOST_SHADING = 1
 """So many objects may hide a light in part; further ones count whole or not at all."""
@@ -109,26 +110,39 @@ def _origin(plan: Plan, known: Origin, slot: Int[Array, "n"], queue: Int[Array, 
 
 def _follow(tables: Tables, plan: Plan, ray: Ray, footprint: Footprint | None, departure: Departure, origin: Origin, needed):
     """Find the surface that each ray meets: its node, its arrival, and what it sends on."""
-    effects = plan.effects
-    if footprint is None:
-        _, object, entering = stage(needed, lambda *a: nearest(tables.shapes, *a), ray, departure)
-        cut, beam, arriving = None, None, ray
-    else:
-        object, entering, cut = stage(needed, lambda *a: nearest_part(tables.shapes, *a), ray, footprint, departure)
-        beam, arriving = stage(needed, lambda *a: arriving_beam(tables.shapes, *a), ray, footprint, object, cut, departure)
-    hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), arriving, object, entering)
-    outside = containing(tables.shapes, hit.point, plan.solids, but=object) if effects.nested_media else None
+    object, entering, cut = _meets(tables, ray, footprint, departure, needed)
+    beam, met = None, None
+    if footprint is not None:
+        ray, beam = stage(needed, lambda *a: arriving(tables.shapes, *a), ray, footprint, object, cut, departure)
+    hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, object, entering)
+    if footprint is not None:
+        met = stage(needed, lambda *a: meeting(tables.shapes, *a), ray, beam.footprint, hit)
+    outside = containing(tables.shapes, hit.point, plan.solids, but=object) if plan.effects.nested_media else None
     at = arrival(hit, ray.direction, outside, beam)
-    visible, crossed, shading = _shadows(tables, plan, at, needed)
+    visible, crossed, shading = _shadows(tables, plan, at, met, needed)
     nodes = Nodes(object, entering, outside, visible, crossed, cut, shading, origin)
     if not plan.branching:
         return nodes, at, None
-    mirror, through, past = stage(needed, lambda at: branches(tables, plan, at), at)
+    mirror, through, past = stage(needed, lambda *a: branches(tables, plan, *a), at, met)
     deeper = origin.level < plan.max_depth
     return nodes, at, (jnp.where(deeper, mirror, 0), through & deeper, past)
 
 
-def _shadows(tables: Tables, plan: Plan, at: Arrival, needed):
+def _meets(tables: Tables, ray: Ray, footprint: Footprint | None, departure: Departure, needed):
+    """The object that each ray meets, its side, and whether its outline cuts the pixel."""
+    _, object, entering = stage(needed, lambda *a: nearest(tables.shapes, *a), ray, departure)
+    if footprint is None:
+        return object, entering, None
+
+    def near(ray, footprint, departure):
+        return near_outlines(tables.shapes, ray, *footprint.reach()) | (departure.passed[0] >= 0)
+
+    doubtful = stage(needed, near, ray, footprint, departure)
+    whole = object, entering, jnp.zeros_like(entering)
+    return packed(doubtful, lambda *a: nearest_part(tables.shapes, *a), whole, ray, footprint, departure)
+
+
+def _shadows(tables: Tables, plan: Plan, at: Arrival, met: Meeting | None, needed):
     """What each light sees of the points."""
     if not plan.effects.shadows:
         return (), (), ()
@@ -139,12 +153,11 @@ def _shadows(tables: Tables, plan: Plan, at: Arrival, needed):
     for light in tables.lights:
         to_light, distance, _ = stage(needed, light.arriving, at.point)
         ray, parts = Ray(at.point, to_light), ()
-        if at.beam is None:
-            visible.append(stage(needed, lambda *a: sees_light(tables.shapes, *a, opaque), ray, departure, distance))
-        else:
-            hidden, parts = stage(needed, lambda *a: _hidden(tables, plan, light, *a), at, ray, departure, distance)  # noqa: B023
-            visible.append(~hidden)
+        sees = stage(needed, lambda *a: sees_light(tables.shapes, *a, opaque), ray, departure, distance)
+        if met is not None:
+            sees, parts = _hidden(tables, light, ray, met, departure, distance, opaque, sees, needed)
             shading.append(parts)
+        visible.append(sees)
         if plan.effects.tinted_shadows:
             crossed.append(tuple(
                 surfaces_crossed(tables.shapes, ray, departure, distance, objects, parts).astype(_count_type(objects))
@@ -152,11 +165,21 @@ def _shadows(tables: Tables, plan: Plan, at: Arrival, needed):
     return tuple(visible), tuple(crossed), tuple(shading)
 
 
-def _hidden(tables: Tables, plan: Plan, light, at: Arrival, ray: Ray, departure: Departure, distance):
-    """Is the light hidden from all of the footprint by something opaque, and which objects hide it from part of it?"""
-    beam = light_beam(light, at.point, meeting(tables.shapes, at).steps)
-    opaque = tuple(not (plan.effects.tinted_shadows and glass) for glass in plan.transparent)
-    return hidden_parts(tables.shapes, ray, beam, departure, before(distance), opaque, MOST_SHADING)
+def _hidden(tables: Tables, light, ray: Ray, met: Meeting, departure: Departure, distance, opaque: tuple[bool, ...], sees, needed):
+    """Does some of the footprint see the light past all that hides it from the whole of it, and which objects hide it in part?"""
+
+    def near(ray, steps):
+        reach = jnp.sqrt(0.5 * sum(dot(step, step) for step in steps))
+        return near_outlines(tables.shapes, ray, reach, 0.0)
+
+    def look(ray, steps, departure, distance):
+        beam = light_beam(light, ray.origin, steps)
+        hidden, parts = hidden_parts(tables.shapes, ray, beam, departure, before(distance), opaque, MOST_SHADING)
+        return ~hidden, parts
+
+    nobody = jnp.full(sees.shape, NOTHING, jnp.int32)
+    doubtful = stage(needed, near, ray, met.steps)
+    return packed(doubtful, look, (sees, (nobody,) * MOST_SHADING), ray, met.steps, departure, distance)
 
 
 def _count_type(objects: tuple[bool, ...]):
@@ -180,23 +203,10 @@ def _append(lineage, count, parent, sends, alive):
     kinds = [((mirror > 0) & alive, mirror), (through & alive, TRANSMITTED)]
     if past is not None:
         kinds.append((past & alive, PAST))
-    before, born = _running_count(sum(there.astype(jnp.float32) for there, _ in kinds))
+    before, born = running_count(sum(there.astype(jnp.float32) for there, _ in kinds))
     place, past_the_end = count + before, lineage.shape[0]
     for there, branch in kinds:
         child = parent * BRANCHES + branch
         lineage = lineage.at[jnp.where(there, place, past_the_end)].set(child, mode="drop", unique_indices=True)
         place = place + there
     return lineage, count + born
-
-
-def _running_count(counts: Float[Array, "n"]) -> tuple[Int[Array, "n"], Int[Array, ""]]:
-    """The sum of the small whole numbers before each one, and of all of them; n is a multiple of 64.
-
-    Within rows of 64 it is a product with a triangular matrix: `cumsum` over all of them took XLA's CPU back
-    end as long as the search for surfaces. Exact, as no sum reaches 2**24.
-    """
-    rows = counts.reshape(-1, LANES)
-    through = rows @ jnp.triu(jnp.ones((LANES, LANES), counts.dtype))
-    totals = through[:, -1]
-    before = through - rows + (jnp.cumsum(totals) - totals)[:, None]
-    return before.reshape(-1).astype(jnp.int32), totals.sum().astype(jnp.int32)

@@ -14,7 +14,7 @@ from .._vector import Vec3, where
 from ..geometry import Footprint, Ray, surface_at
 from ..scene import Camera, Tables
 from ._arrival import Arrival, arrival
-from ._beam import arriving_beam, meeting
+from ._beam import arriving, meeting
 from ._departure import any_ray, departing, parents_of
 from ._local import local_radiance
 from ._plan import Plan
@@ -65,15 +65,13 @@ def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, number: I
 
 def _visit(tables: Tables, plan: Plan, nodes: Nodes, ray: Ray, footprint: Footprint | None, needed) -> tuple[Vec3, Arrival]:
     """One ray to its surface: the light that it brings, and what its children start from."""
-    beam, arriving = None, ray
+    beam, met = None, None
     if footprint is not None:
-        beam, arriving = stage(needed, lambda *a: arriving_beam(tables.shapes, *a), ray, footprint, nodes.object, nodes.cut)
-    hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), arriving, nodes.object, nodes.entering)
+        ray, beam = stage(needed, lambda *a: arriving(tables.shapes, *a), ray, footprint, nodes.object, nodes.cut)
+    hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, nodes.object, nodes.entering)
+    if footprint is not None:
+        met = stage(needed, lambda *a: meeting(tables.shapes, *a), ray, beam.footprint, hit)
     at = arrival(hit, ray.direction, nodes.outside, beam)
-    if beam is None:
-        local = local_radiance(tables, plan, nodes, hit, ray.direction, needed)
-    else:
-        met = stage(needed, lambda at: meeting(tables.shapes, at), at)
-        local = local_radiance(tables, plan, nodes, hit, met.ray.direction, needed, met) * beam.edge.share
-    light = where(nodes.object >= 0, local, tables.background.seen(ray.direction))
-    return light, at
+    light = local_radiance(tables, plan, nodes, at, needed, met)
+    light = where(nodes.object >= 0, light, tables.background.seen(ray.direction))
+    return light if beam is None else light * beam.edge.share, at
