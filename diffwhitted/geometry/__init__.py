@@ -1,7 +1,7 @@
 """Where a ray meets a surface. No colour, no light: rays in, hits out."""
 
-from ._edges import hidden_parts, near_outlines, nearest_part, outline_of, turning_at
-from ._footprint import Edge, Footprint, covered, edge_of, narrowed, spread, uncovered
+from ._edges import curvature_at, hidden_parts, near_outlines, nearest_part, outline_of
+from ._footprint import Edge, Footprint, covered, crosswise, edge_of, narrowed, on_surface, uncovered
 from ._hit import Hit
 from ._plane import Planes
 from ._polygon import Polygons
@@ -11,7 +11,6 @@ from ._sphere import Spheres
 
 __all__ = [
     "NOTHING", "Departure", "Edge", "Footprint", "Hit", "Planes", "Polygons", "Ray", "Shapes", "Spheres",
-    "blocked", "containing", "covered", "crossing_count", "edge_of", "facing", "hidden_parts",
-    "narrowed", "near_outlines", "nearest", "nearest_part",
-    "outline_of", "spread", "surface_at", "turning_at", "uncovered",
+    "blocked", "containing", "covered", "crosswise", "crossing_count", "curvature_at", "edge_of", "facing", "hidden_parts", "narrowed",
+    "near_outlines", "nearest", "nearest_part", "on_surface", "outline_of", "surface_at", "uncovered",
 ]

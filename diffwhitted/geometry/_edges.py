@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from .._coverage import Linear, is_cut
-from .._vector import Vec3, lookup, where
+from .._vector import lookup, where
 from ._footprint import LEAST_COVERAGE, Footprint
 from ._hit import Hit
 from ._ray import NOTHING, Departure, Ray
@@ -44,7 +44,7 @@ def nearest_part(shapes: Shapes, ray: Ray, footprint: Footprint, departure: Depa
         return where((distance < best[0]) & ~out, (distance, jnp.full_like(best[1], index), side, cut), best)
 
     start = (zero + jnp.inf, jnp.full(zero.shape, NOTHING, jnp.int32), zero > 0, zero > 0)
-    return fold(shapes, closer, start)[1:]
+    return fold(shapes, closer, start, unrolled=1)[1:]
 
 
 def hidden_parts(shapes: Shapes, ray: Ray, footprint: Footprint, departure: Departure, limit, blocks: tuple[bool, ...],
@@ -68,7 +68,7 @@ def hidden_parts(shapes: Shapes, ray: Ray, footprint: Footprint, departure: Depa
             free = free & ~take
         return whole | ((distance < limit) & ~cut & opaque[index]), tuple(named)
 
-    return fold(shapes, either, (nobody >= 0, (nobody,) * most))
+    return fold(shapes, either, (nobody >= 0, (nobody,) * most), unrolled=1)
 
 
 def outline_of(shapes: Shapes, ray: Ray, footprint: Footprint, object: Int[Array, "n"]) -> Linear:
@@ -82,11 +82,10 @@ def outline_of(shapes: Shapes, ray: Ray, footprint: Footprint, object: Int[Array
     return found
 
 
-def turning_at(shapes: Shapes, hit: Hit, steps: tuple[Vec3, Vec3]) -> tuple[Vec3, Vec3]:
-    """How the unit normal of a hit, on the side of the ray, changes for small steps along the surface."""
-    turned = tuple(step * 0 for step in steps)
+def curvature_at(shapes: Shapes, hit: Hit) -> Float[Array, "n"]:
+    """The unit normal of a hit, on the side of the ray, changes by this times a small step along the surface."""
+    found = jnp.zeros(hit.object.shape, hit.point.dtype)
     for first, count, family in shapes.families():
         mine = (hit.object >= first) & (hit.object < first + count)
-        carrier = lookup(family.carrier(), jnp.where(mine, hit.object - first, 0))
-        turned = where(mine, tuple(carrier.turning(step) for step in steps), turned)
-    return where(hit.entering, turned, tuple(-change for change in turned))
+        found = jnp.where(mine, lookup(family.carrier(), jnp.where(mine, hit.object - first, 0)).curvature(), found)
+    return jnp.where(hit.entering, found, -found)

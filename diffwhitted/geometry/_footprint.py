@@ -28,6 +28,9 @@ class Footprint(eqx.Module):
     down: Ray
     """Along the column."""
 
+    def sides(self) -> tuple[Ray, Ray]:
+        return self.across, self.down
+
     def reach(self) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
         """How far the origin and the direction change from the middle of the pixel to a corner, at most. No derivatives."""
         origin, direction = (dot(a, a) + dot(b, b) for a, b in (
@@ -78,6 +81,15 @@ def uncovered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprin
     return _part(ray, footprint, edge, rest / covered_share, -edge.shift / (rest * covered_share))
 
 
+def crosswise(footprint: Footprint, direction: Vec3) -> Footprint:
+    """The same rays with origins that move across the direction only, however far along it a surface has moved them."""
+
+    def one(side: Ray) -> Ray:
+        return Ray(side.origin - direction * dot(side.origin, direction), side.direction)
+
+    return Footprint(one(footprint.across), one(footprint.down))
+
+
 def _part(ray: Ray, footprint: Footprint, edge: Edge, share, shift) -> tuple[Ray, Footprint]:
     def towards(a: Vec3, b: Vec3) -> Vec3:
         return a * edge.across + b * edge.down
@@ -102,8 +114,8 @@ def narrowed(footprint: Footprint, edge: Edge, share: Float[Array, "*n"]) -> Foo
     return Footprint(Ray(origin[0], direction[0]), Ray(origin[1], direction[1]))
 
 
-def spread(ray: Ray, footprint: Footprint, hit: Hit) -> tuple[Vec3, Vec3]:
-    """How the point of a hit moves over the pixel, along the surface.
+def on_surface(ray: Ray, footprint: Footprint, hit: Hit) -> Footprint:
+    """The footprint where the ray meets the surface: its origin moves along the surface.
 
     dP = q - d (q.N) / (d.N) with q = dO + t dD: the surface is its tangent plane to first order. Edge: where
     |d.N| < 0.001 the footprint is that of 0.001.
@@ -111,8 +123,8 @@ def spread(ray: Ray, footprint: Footprint, hit: Hit) -> tuple[Vec3, Vec3]:
     distance = dot(hit.point - ray.origin, ray.direction)
     towards = jnp.minimum(dot(ray.direction, hit.normal), -STEEPEST)
 
-    def along(side: Ray) -> Vec3:
+    def along(side: Ray) -> Ray:
         free = side.origin + side.direction * distance
-        return free - ray.direction * (dot(free, hit.normal) / towards)
+        return Ray(free - ray.direction * (dot(free, hit.normal) / towards), side.direction)
 
-    return along(footprint.across), along(footprint.down)
+    return Footprint(along(footprint.across), along(footprint.down))

@@ -57,9 +57,9 @@ class Planes(eqx.Module):
         """Does a ray that only just meets the shape come from its outer side?"""
         return dot(self.normal, ray.origin) >= self.offset
 
-    def turning(self, step: Vec3) -> Vec3:
-        """Change of the unit normal for a small step along the surface: none."""
-        return step * 0
+    def curvature(self):
+        """The unit normal is the same everywhere."""
+        return self.offset * 0
 
     def contains(self, point: Vec3):
         return dot(self.normal, point) < self.offset

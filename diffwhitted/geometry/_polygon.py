@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 from .._coverage import Linear
 from .._safe import length, normalise, safe_divide
 from .._vector import Vec3, cross, dot, where
-from ._footprint import Footprint, spread
+from ._footprint import Footprint, on_surface
 from ._hit import Hit
 from ._plane import Planes
 from ._ray import Ray
@@ -48,13 +48,13 @@ class Polygons(eqx.Module):
         plane = self.carrier()
         distance, _, point = plane.surface(ray, None)
         hit = Hit(None, None, point, where(self.side(ray), plane.normal, -plane.normal), distance)
-        steps = spread(ray, footprint, hit)
+        met = on_surface(ray, footprint, hit)
         inside = jnp.where(self._outlines(plane, point), 1, -1)
         nearest, outwards = jnp.full(distance.shape, jnp.inf, distance.dtype), plane.normal
         for k in range(self.vertices.x.shape[-1]):
             away, normal = self._from_side(k, plane, point, inside)
             nearest, outwards = where(abs(away) < abs(nearest), (away, normal), (nearest, outwards))
-        return Linear(-nearest, *(-dot(outwards, step) for step in steps)), distance
+        return Linear(-nearest, *(-dot(outwards, side.origin) for side in met.sides())), distance
 
     def _side(self, k: int) -> tuple[Vec3, Vec3]:
         """Where side k starts, and the way to its end."""
@@ -92,10 +92,6 @@ class Polygons(eqx.Module):
     def side(self, ray: Ray):
         """Does a ray that only just meets the shape come from its outer side?"""
         return self.carrier().side(ray)
-
-    def turning(self, step: Vec3) -> Vec3:
-        """Change of the unit normal for a small step along the surface: none."""
-        return step * 0
 
     def contains(self, point: Vec3):
         """A polygon is a sheet: it holds no volume of its own."""

@@ -107,11 +107,11 @@ def facing(hit: Hit, direction: Vec3) -> Float[Array, "n"]:
     return -dot(hit.normal, direction)
 
 
-def fold(shapes: Shapes, step, carry, only: tuple[bool, ...] | None = None):
+def fold(shapes: Shapes, step, carry, only: tuple[bool, ...] | None = None, unrolled: int = UNROLLED):
     """Carry a result over all objects: unrolled for a few, as a compiled loop for many."""
     for first, count, family in shapes.families():
         wanted = [i for i in range(count) if only is None or only[first + i]]
-        if len(wanted) <= UNROLLED:
+        if len(wanted) <= unrolled:
             for i in wanted:
                 carry = step(carry, first + i, jax.tree.map(lambda a: a[i], family))  # noqa: B023
         else:

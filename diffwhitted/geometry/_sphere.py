@@ -79,9 +79,9 @@ class Spheres(eqx.Module):
         """Does a ray that only just meets the shape come from its outer side?"""
         return jnp.ones(ray.origin.shape, bool)
 
-    def turning(self, step: Vec3) -> Vec3:
-        """Change of the outward unit normal for a small step along the surface."""
-        return step * safe_divide(1, self.radius)
+    def curvature(self):
+        """The outward unit normal changes by this times a small step along the surface."""
+        return safe_divide(1, self.radius)
 
     def contains(self, point: Vec3):
         offset = point - self.centre

@@ -4,8 +4,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from .._coverage import Linear
 from .._safe import safe_divide, safe_sqrt
-from .._vector import Vec3, dot, where
+from .._vector import Vec3, dot
 
 
 def mirrored(direction: Vec3, normal: Vec3) -> Vec3:
@@ -34,37 +35,40 @@ def refracted(direction: Vec3, normal: Vec3, eta: Float[Array, "*n"]) -> Vec3:
 
 
 class Turn(eqx.Module):
-    """A direction after a surface, a u + b N, and how its coefficients change with cos_i.
+    """A direction after a surface, a u + b N, to first order over a pixel.
 
     A mirror has a = 1, b = 2 cos_i; glass has a = eta, b = eta cos_i - cos_r.
     """
 
     along: Float[Array, "*n"]
     normal: Float[Array, "*n"]
-    slope: Float[Array, "*n"]
-    """db / d cos_i: 2 for a mirror; eta - eta**2 cos_i / cos_r for glass."""
+    across: Float[Array, "*n"]
+    """Change of b along the row of the pixel."""
+    down: Float[Array, "*n"]
 
     def direction(self, incoming: Vec3, normal: Vec3) -> Vec3:
         return incoming * self.along + normal * self.normal
 
-    def change(self, normal: Vec3, turn: Vec3, normal_turn: Vec3, change_i: Float[Array, "*n"]) -> Vec3:
-        """Change of the direction for a change `turn` of the incoming one and `normal_turn` of the normal (Igehy 1999)."""
-        return turn * self.along + normal * (self.slope * change_i) + normal_turn * self.normal
+    def change(self, turn: Vec3, normal_turn: Vec3, normal: Vec3, of_b: Float[Array, "*n"]) -> Vec3:
+        """Change of the direction where the incoming one changes by `turn`, the normal by `normal_turn` (Igehy 1999)."""
+        return turn * self.along + normal * of_b + normal_turn * self.normal
 
 
-def turn_at(cos_i: Float[Array, "*n"], eta: Float[Array, "*n"] | None = None, radicand: Float[Array, "*n"] | None = None,
+def turn_at(cosine: Linear, eta: Float[Array, "*n"] | None = None, radicand: Float[Array, "*n"] | None = None,
             through: Bool[Array, "*n"] | None = None) -> Turn:
-    """Mirrored, or refracted where `through`.
+    """Mirrored, or refracted where `through`, for cos_i over a pixel.
 
-    The radicand cos_r**2 may be another than that of the ray in the middle: a mean over the pixel keeps the slope
-    finite at the critical angle. Edge: its part of the slope is 0 where the radicand is not positive.
+    The radicand cos_r**2 may be another than that of the ray in the middle: a mean over the pixel keeps
+    d b = (eta - eta**2 cos_i / cos_r) d cos_i finite at the critical angle. Edge: the second term is 0 where the
+    radicand is not positive.
     """
-    mirror = Turn(jnp.ones_like(cos_i), 2 * cos_i, jnp.full_like(cos_i, 2))
-    if eta is None:
-        return mirror
-    cos_r = safe_sqrt(radicand)
-    glass = Turn(eta, eta * cos_i - cos_r, eta - safe_divide(eta * eta * cos_i, cos_r))
-    return where(through, glass, mirror)
+    along, normal, slope = 1.0, 2 * cosine.value, 2.0
+    if eta is not None:
+        cos_r = safe_sqrt(radicand)
+        along = jnp.where(through, eta, along)
+        normal = jnp.where(through, eta * cosine.value - cos_r, normal)
+        slope = jnp.where(through, eta - safe_divide(eta * eta * cosine.value, cos_r), slope)
+    return Turn(along * jnp.ones_like(cosine.value), normal, cosine.across * slope, cosine.down * slope)
 
 
 def eta_at(entering, inside: Float[Array, "*n"], outside: Float[Array, "*n"]) -> Float[Array, "*n"]:

@@ -5,30 +5,54 @@ their product is that of a pixel cut by two straight edges, exactly; elsewhere t
 each with the mean of a periodic wave over a trapezoid.
 """
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from .._coverage import Linear, coverage, joint_coverage
+from .._stage import stage
 
 STRIPS = 4
+STRAIGHT = 0.05
+"""Slant up to which a small pixel is taken without perspective."""
 WIDEST = 50.0
 """Cells; the mean over a wider footprint is 0 to three digits."""
 
 
-def may_vary(waves: list[Linear], slant) -> Bool[Array, "*n"]:
-    """May an edge of one of the waves lie in the pixel?"""
-    nearness = 1 - 0.5 * (abs(slant[0]) + abs(slant[1]))
-    found = nearness < 0.1
+def may_vary(waves: list[Linear], slant) -> tuple[Bool[Array, "*n"], Bool[Array, "*n"]]:
+    """Where edges may lie in a pixel that is smaller than a cell and hardly in perspective, and where in any other."""
+    slanted = 0.5 * (abs(slant[0]) + abs(slant[1]))
+    varies, narrow = slanted > 0.9, slanted < STRAIGHT
     for wave in waves:
-        reach = 0.5 * (abs(wave.across) + abs(wave.down)) / jnp.maximum(nearness, 0.1)
-        found = found | (abs(wave.value - jnp.round(wave.value)) < reach)
-    return found
+        reach = 0.5 * (abs(wave.across) + abs(wave.down)) / jnp.maximum(1 - slanted, 0.1)
+        varies = varies | (abs(wave.value - jnp.round(wave.value)) < reach)
+        narrow = narrow & _narrow(wave)
+    return varies & narrow, varies & ~narrow
+
+
+def cell_mean(waves: list[Linear]) -> Float[Array, "*n"]:
+    """The mean of the product of the waves over a pixel that holds at most one edge of each."""
+    first, *others = waves
+    if not others:
+        return _one_edge(first)
+    product = _two_edges(first, others[0])
+    for wave in others[1:]:
+        product = product * _one_edge(wave)
+    return product
 
 
 def checker_mean(waves: list[Linear], slant) -> Float[Array, "*n"]:
-    """The mean of the product of the waves, whose arguments are linear over the pixel, divided by 1 + slant_u u + slant_v v."""
+    """The mean of the product of the waves, whose arguments are linear over the pixel, divided by 1 + slant_u u + slant_v v.
+
+    Strip by strip, each to first order about its own middle.
+    """
     waves, slant = _longer_side_down(waves, slant)
-    return sum(_product([_strip(wave, slant, k) for wave in waves]) for k in range(STRIPS)) / STRIPS
+    middles = (jnp.arange(STRIPS, dtype=waves[0].value.dtype) + 0.5) / STRIPS - 0.5
+
+    def strip(total, v):
+        return total + _product([_strip(wave, slant, v) for wave in waves]), None
+
+    return jax.lax.scan(strip, jnp.zeros_like(waves[0].value), middles)[0] / STRIPS
 
 
 def _longer_side_down(waves: list[Linear], slant):
@@ -42,35 +66,42 @@ def _longer_side_down(waves: list[Linear], slant):
     return [Linear(w.value, *turned(w.across, w.down)) for w in waves], turned(*slant)
 
 
-def _strip(wave: Linear, slant, k: int) -> Linear:
-    """Strip k of the pixel, to first order about its own middle."""
-    v = (k + 0.5) / STRIPS - 0.5
+def _strip(wave: Linear, slant, v) -> Linear:
+    """The strip at height v of the pixel, to first order about its own middle."""
     nearness = 1 / (1 + slant[1] * v)
     moved = wave.down * (v * nearness)
     return Linear(wave.value + moved, (wave.across - moved * slant[0]) * nearness, wave.down * nearness * nearness / STRIPS)
 
 
 def _product(waves: list[Linear]) -> Float[Array, "*n"]:
-    if len(waves) == 1:
-        return _wave(waves[0])
-    first, second, *others = waves
-    product = jnp.where(_narrow(first) & _narrow(second), _two_edges(first, second), _wave(first) * _wave(second))
+    """The mean of the product over a strip."""
+    first, *others = waves
+    product = _wave(first)
     for wave in others:
         product = product * _wave(wave)
+    if others:
+        product = jnp.where(_narrow(first) & _narrow(others[0]), cell_mean(waves), product)
     return product
 
 
 def _wave(t: Linear) -> Float[Array, "*n"]:
     """The mean of (-1)**floor(t)."""
     narrow = _narrow(t)
+    return jnp.where(narrow, _one_edge(t), _periodic(t, narrow))
+
+
+def _one_edge(t: Linear) -> Float[Array, "*n"]:
+    """The mean of a wave with at most one edge in the footprint."""
     edge, sign = _nearest_edge(t)
-    return jnp.where(narrow, sign * (2 * coverage(edge) - 1), _periodic(t, narrow))
+    return sign * (2 * coverage(edge) - 1)
 
 
 def _two_edges(s: Linear, t: Linear) -> Float[Array, "*n"]:
     """The mean of the product of two waves, each with at most one edge in the footprint."""
     (g, sign_g), (h, sign_h) = _nearest_edge(s), _nearest_edge(t)
-    return sign_g * sign_h * (4 * joint_coverage(g, h) - 2 * coverage(g) - 2 * coverage(h) + 1)
+    here = sign_g[0] >= -1
+    both = stage(here, joint_coverage, g, h)
+    return sign_g * sign_h * (4 * both - 2 * stage(here, coverage, g) - 2 * stage(here, coverage, h) + 1)
 
 
 def _narrow(t: Linear):

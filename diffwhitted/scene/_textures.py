@@ -8,7 +8,7 @@ from .._coverage import Linear
 from .._errors import SceneError
 from .._vector import Vec3, vec3, where
 from ._checks import number_array, require
-from ._square_wave import checker_mean, may_vary
+from ._square_wave import cell_mean, checker_mean, may_vary
 
 
 class Checker(eqx.Module):
@@ -33,15 +33,22 @@ class Checker(eqx.Module):
         even = cells - 2 * jnp.floor(cells / 2) == 0
         return where(even, vec3(self.colours[0]), vec3(self.colours[1]))
 
-    def mean(self, point: Vec3, steps: tuple[Vec3, Vec3], slant) -> Vec3:
+    def mean(self, point: Vec3, steps: tuple[Vec3, Vec3]) -> Vec3:
+        """Linear RGB, averaged over a pixel smaller than a cell; the point changes by `steps` along its sides."""
+        return self._mixed(cell_mean(self._waves(point, steps)))
+
+    def mean_in_perspective(self, point: Vec3, steps: tuple[Vec3, Vec3], slant) -> Vec3:
         """Linear RGB, averaged over the pixel in which the point is (steps_u u + steps_v v) / (1 + slant_u u + slant_v v)
         away from its middle, u and v from -1/2 to 1/2."""
-        share = 0.5 * (1 + checker_mean(self._waves(point, steps), slant))
-        return vec3(self.colours[0]) * share + vec3(self.colours[1]) * (1 - share)
+        return self._mixed(checker_mean(self._waves(point, steps), slant))
 
-    def varies(self, point: Vec3, steps: tuple[Vec3, Vec3], slant) -> Bool[Array, "*n"]:
-        """May the colour change within that pixel?"""
+    def varies(self, point: Vec3, steps: tuple[Vec3, Vec3], slant) -> tuple[Bool[Array, "*n"], Bool[Array, "*n"]]:
+        """Where `mean`, and where `mean_in_perspective`, is needed for the colour of such a pixel."""
         return may_vary(self._waves(point, steps), slant)
+
+    def _mixed(self, mean) -> Vec3:
+        share = 0.5 * (1 + mean)
+        return vec3(self.colours[0]) * share + vec3(self.colours[1]) * (1 - share)
 
     def _waves(self, point: Vec3, steps: tuple[Vec3, Vec3]) -> list[Linear]:
         return [Linear(*(getattr(v, axis) / self.size for v in (point, *steps))) for axis in self.axes]

@@ -4,7 +4,7 @@ import equinox as eqx
 from jaxtyping import Array, Bool, Float, Int
 
 from .._vector import Vec3
-from ..geometry import Departure, Edge, Footprint, Hit, Ray
+from ..geometry import Departure, Edge, Footprint, Hit
 
 CAMERA, MIRROR, TRANSMITTED, TOTAL, PAST = range(5)
 """The branches of the tree: a camera ray, the mirror ray weighted by k_s, the transmitted ray weighted by k_t,
@@ -36,16 +36,15 @@ class Origin(eqx.Module):
 
 
 class Beam(eqx.Module):
-    """What a ray with a footprint keeps of its way: where it came from, and what part of its pixel the surface got.
+    """What is known of a ray with a footprint where it meets its surface: all for the part of the pixel that the object covers."""
 
-    Ray and footprint are those of the part that the object covers.
-    """
-
-    origin: Vec3
     footprint: Footprint
+    """The change of the point along the surface, and of the direction."""
+    curvature: Float[Array, "n"]
+    """The normal, on the side of the ray, changes by this times a step along the surface."""
     edge: Edge
     departure: Departure | None
-    """None in the replay, which does not search."""
+    """Where the ray set out; None in the replay, which does not search."""
 
 
 class Arrival(eqx.Module):
@@ -63,10 +62,6 @@ class Arrival(eqx.Module):
 
     def hit(self) -> Hit:
         return Hit(self.object, self.entering, self.point, self.normal, None)
-
-    def ray(self) -> Ray:
-        """The ray that arrived, where it has a footprint."""
-        return Ray(self.beam.origin, self.direction)
 
 
 def arrival(hit: Hit, direction: Vec3, outside, beam: Beam | None) -> Arrival:

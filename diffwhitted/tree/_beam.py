@@ -7,20 +7,36 @@ value in the middle: d cos_r then stays finite, where plain refraction has an in
 are computed for the rays concerned alone.
 """
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from .._coverage import Linear, is_cut, ramp
 from .._safe import normalise, safe_divide
+from .._stage import packed, stage
 from .._vector import Vec3, dot, lookup, where
-from ..geometry import Departure, Edge, Footprint, Hit, Ray, Shapes, covered, edge_of, narrowed, outline_of, spread, turning_at, uncovered
+from ..geometry import (
+    NOTHING,
+    Departure,
+    Edge,
+    Footprint,
+    Hit,
+    Ray,
+    Shapes,
+    covered,
+    crosswise,
+    curvature_at,
+    edge_of,
+    narrowed,
+    on_surface,
+    outline_of,
+    surface_at,
+    uncovered,
+)
 from ..optics import Turn, refraction_radicand, turn_at
 from ..scene import Light, Tables
 from ._arrival import PAST, TOTAL, TRANSMITTED, Arrival, Beam
 from ._plan import Plan
-from ._stage import packed, stage
 
 STEEPEST = 1.6
 """Slant beyond which a footprint that runs to the horizon is cut off: at 2 its far end is infinitely far away."""
@@ -28,50 +44,50 @@ LEAST = 1e-3
 """A rim that leaves less than this share of a pixel on one side does not count."""
 
 
-class Meeting(eqx.Module):
-    """How a pixel meets the surface: all to first order, along both sides of the pixel."""
+def arriving(shapes: Shapes, ray: Ray, footprint: Footprint, object: Int[Array, "n"], entering: Bool[Array, "n"],
+             cut: Bool[Array, "n"], departure: Departure | None, needed: Bool[Array, ""]) -> tuple[Hit, Vec3, Beam]:
+    """Where the part of a pixel that its object covers meets it: the hit, the direction, and what the footprint is there."""
 
-    steps: tuple[Vec3, Vec3]
-    """Of the point, along the surface."""
-    turns: tuple[Vec3, Vec3]
-    """Of the normal on the side of the ray."""
+    def meet(ray, footprint, object, entering):
+        hit = surface_at(shapes, ray, object, entering)
+        return hit.point, hit.normal, on_surface(ray, footprint, hit)
 
-
-def arriving(shapes: Shapes, ray: Ray, footprint: Footprint, object: Int[Array, "n"], cut: Bool[Array, "n"],
-             departure: Departure | None = None) -> tuple[Ray, Beam]:
-    """The ray through the part of its pixel that its object covers, and what it keeps of its way there."""
-
-    def cut_one(ray, footprint, object):
-        edge = edge_of(outline_of(shapes, ray, footprint, object), object >= 0)
-        return *covered(ray, footprint, edge), edge
+    def meet_part(ray, footprint, object, entering):
+        here = object[0] >= NOTHING
+        outline = stage(here, lambda *a: outline_of(shapes, *a), ray, footprint, object)
+        edge = stage(here, edge_of, outline, object >= 0)
+        ray, footprint = stage(here, covered, ray, footprint, edge)
+        point, normal, footprint = stage(here, meet, ray, footprint, object, entering)
+        return point, normalise(normal), footprint, ray.direction, edge
 
     zero = jnp.zeros_like(ray.origin.x)
-    whole = Edge(zero + 1, zero, zero, zero)
-    ray, footprint, edge = packed(cut, cut_one, (ray, footprint, whole), ray, footprint, object)
-    return ray, Beam(ray.origin, footprint, edge, departure)
+    whole = *stage(needed, meet, ray, footprint, object, entering), ray.direction, Edge(zero + 1, zero, zero, zero)
+    point, normal, footprint, direction, edge = packed(cut, meet_part, whole, ray, footprint, object, entering)
+    hit = Hit(object, entering, point, normal, None)
+    return hit, direction, Beam(footprint, curvature_at(shapes, hit), edge, departure)
 
 
-def meeting(shapes: Shapes, ray: Ray, footprint: Footprint, hit: Hit) -> Meeting:
-    steps = spread(ray, footprint, hit)
-    return Meeting(steps, turning_at(shapes, hit, steps))
-
-
-def slant(met: Meeting, ray: Ray, footprint: Footprint, normal: Vec3) -> tuple[Float[Array, "n"], Float[Array, "n"]]:
+def slant(at: Arrival) -> tuple[Float[Array, "n"], Float[Array, "n"]]:
     """Perspective: on a flat surface the point is at (dP_u u + dP_v v) / (1 + slant_u u + slant_v v); 0 on others."""
-    flat, towards = sum(dot(turn, turn) for turn in met.turns) == 0, dot(ray.direction, normal)
-    return tuple(jnp.clip(jnp.where(flat, safe_divide(dot(side.direction, normal), towards), 0), -STEEPEST, STEEPEST)
-                 for side in (footprint.across, footprint.down))
+    flat, towards = at.beam.curvature == 0, dot(at.direction, at.normal)
+    return tuple(jnp.clip(jnp.where(flat, safe_divide(dot(side.direction, at.normal), towards), 0), -STEEPEST, STEEPEST)
+                 for side in at.beam.footprint.sides())
 
 
-def light_beam(light: Light, point: Vec3, steps: tuple[Vec3, Vec3]) -> Footprint:
+def light_beam(light: Light, point: Vec3, footprint: Footprint) -> Footprint:
     """How the ray from a surface to a light changes over the footprint there."""
-    return Footprint(*(Ray(step, jax.jvp(lambda p: light.arriving(p)[0], (point,), (step,))[1]) for step in steps))
+
+    def turned(step: Vec3) -> Ray:
+        return Ray(step, jax.jvp(lambda p: light.arriving(p)[0], (point,), (step,))[1])
+
+    return Footprint(turned(footprint.across.origin), turned(footprint.down.origin))
 
 
-def radicand(at: Arrival, met: Meeting, eta: Float[Array, "n"]) -> Linear:
+def radicand(at: Arrival, eta: Float[Array, "n"]) -> Linear:
     """cos_r**2 over the pixel: d cos_r**2 = 2 eta**2 cos_i d cos_i."""
-    cos_i, changes = _cosine(at, met)
-    return Linear(refraction_radicand(cos_i, eta), *(change * (2 * eta * eta * cos_i) for change in changes)).within(1.0)
+    cosine = _cosine(at)
+    by = 2 * eta * eta * cosine.value
+    return Linear(refraction_radicand(cosine.value, eta), cosine.across * by, cosine.down * by).within(1.0)
 
 
 def is_rim(square: Linear) -> Bool[Array, "n"]:
@@ -83,57 +99,61 @@ def child_beam(tables: Tables, plan: Plan, at: Arrival, branch: Int[Array, "n"],
                eta: Float[Array, "n"] | None) -> tuple[Ray, Footprint, Vec3]:
     """The ray that leaves a parent along a branch, its footprint, and the share of its light that the parent passes on."""
     needed = branch[0] >= 0
-    met = stage(needed, lambda at: meeting(tables.shapes, at.ray(), at.beam.footprint, at.hit()), at)
-    turn, changes, special = stage(needed, lambda *a: _turn(plan, *a), at, met, branch, eta)
-    ray, footprint = stage(needed, _turned, at, met, turn, changes)
+    turn, special = stage(needed, lambda *a: _turn(plan, *a), at, branch, eta)
+    ray, footprint = stage(needed, _turned, at, turn)
     factor = factor * at.beam.edge.share
     return packed(special, lambda *a: _special(tables, plan, *a), (ray, footprint, factor), at, branch, factor, eta)
 
 
-def _turn(plan: Plan, at: Arrival, met: Meeting, branch, eta):
-    """How the direction turns, how cos_i changes, and whether the ray is one of the rare ones."""
-    cos_i, changes = _cosine(at, met)
+def _turn(plan: Plan, at: Arrival, branch, eta) -> tuple[Turn, Bool[Array, "n"]]:
+    """How the direction turns, and whether the ray is one of the rare ones."""
     special = branch == PAST
     if not plan.effects.refraction:
-        return turn_at(cos_i), changes, special
-    square = radicand(at, met, eta)
+        return turn_at(_cosine(at)), special
+    square = radicand(at, eta)
     if plan.effects.total_internal_reflection:
         special = special | is_rim(square)
-    return turn_at(cos_i, eta, square.value, branch == TRANSMITTED), changes, special
+    return turn_at(_cosine(at), eta, square.value, branch == TRANSMITTED), special
 
 
-def _turned(at: Arrival, met: Meeting, turn: Turn, changes) -> tuple[Ray, Footprint]:
-    sides = zip((at.beam.footprint.across, at.beam.footprint.down), met.steps, met.turns, changes, strict=True)
-    footprint = [Ray(step, turn.change(at.normal, side.direction, normal_turn, change)) for side, step, normal_turn, change in sides]
-    return Ray(at.point, turn.direction(at.direction, at.normal)), Footprint(*footprint)
+def _turned(at: Arrival, turn: Turn) -> tuple[Ray, Footprint]:
+    sides = [Ray(side.origin, turn.change(side.direction, side.origin * at.beam.curvature, at.normal, change))
+             for side, change in zip(at.beam.footprint.sides(), (turn.across, turn.down), strict=True)]
+    return Ray(at.point, turn.direction(at.direction, at.normal)), Footprint(*sides)
 
 
 def _special(tables: Tables, plan: Plan, at: Arrival, branch, factor: Vec3, eta) -> tuple[Ray, Footprint, Vec3]:
     """A child that runs past its parent's object, or that leaves it where total reflection begins."""
-    past, rest = uncovered(at.ray(), at.beam.footprint, at.beam.edge)
-    beside = branch == PAST
+    here, beside = branch[0] >= 0, branch == PAST
+    past, rest = stage(here, _uncovered, at)
     left = safe_divide(1 - at.beam.edge.share, at.beam.edge.share)
     if not (plan.effects.refraction and plan.effects.total_internal_reflection):
         return past, rest, factor * left
-    met = meeting(tables.shapes, at.ray(), at.beam.footprint, at.hit())
-    square = radicand(at, met, eta)
-    edge = edge_of(square, is_rim(square))
-    open_share = edge.share
-    mean = jnp.where(open_share < 1, ramp(square) / open_share, square.value)
-    cos_i, changes = _cosine(at, met)
+    turn, edge = stage(here, _turn_at_rim, at, branch, eta)
+    ray, footprint = stage(here, _turned, at, turn)
     through = branch == TRANSMITTED
-    ray, footprint = _turned(at, met, turn_at(cos_i, eta, mean, through), changes)
     ray = Ray(ray.origin, normalise(ray.direction))
-    footprint = where(through, narrowed(footprint, edge, open_share), footprint)
-    factor = where(through, factor * open_share, factor)
+    footprint = where(through, stage(here, narrowed, footprint, edge, edge.share), footprint)
+    factor = where(through, factor * edge.share, factor)
     if plan.total_reflection_is_full:
-        k_s = lookup(tables.materials.k_s, lookup(tables.material_of, at.object)) * (open_share if plan.effects.reflection else 0)
-        whole = factor * (1 - open_share) + factor * k_s
-        factor = where(branch == TOTAL, whole, factor)
+        k_s = lookup(tables.materials.k_s, lookup(tables.material_of, at.object)) * (edge.share if plan.effects.reflection else 0)
+        factor = where(branch == TOTAL, factor * (1 - edge.share) + factor * k_s, factor)
     return where(beside, (past, rest, factor * left), (ray, footprint, factor))
 
 
-def _cosine(at: Arrival, met: Meeting):
-    """cos_i, and its change along both sides of the pixel."""
-    sides = zip((at.beam.footprint.across, at.beam.footprint.down), met.turns, strict=True)
-    return -dot(at.direction, at.normal), [-(dot(side.direction, at.normal) + dot(at.direction, turn)) for side, turn in sides]
+def _uncovered(at: Arrival) -> tuple[Ray, Footprint]:
+    return uncovered(Ray(at.point, at.direction), crosswise(at.beam.footprint, at.direction), at.beam.edge)
+
+
+def _turn_at_rim(at: Arrival, branch, eta) -> tuple[Turn, Edge]:
+    """How the direction turns where total reflection begins in the pixel, and the edge beyond which it has begun."""
+    square = radicand(at, eta)
+    edge = edge_of(square, is_rim(square))
+    mean = jnp.where(edge.share < 1, ramp(square) / edge.share, square.value)
+    return turn_at(_cosine(at), eta, mean, branch == TRANSMITTED), edge
+
+
+def _cosine(at: Arrival) -> Linear:
+    """cos_i over the pixel."""
+    return Linear(-dot(at.direction, at.normal), *(
+        -(dot(side.direction, at.normal) + dot(at.direction, side.origin) * at.beam.curvature) for side in at.beam.footprint.sides()))

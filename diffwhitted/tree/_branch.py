@@ -8,11 +8,11 @@ from ..geometry import Departure, Footprint, Ray, facing
 from ..optics import eta_at, mirrored, refracted, refraction_radicand
 from ..scene import Tables
 from ._arrival import MIRROR, PAST, TOTAL, TRANSMITTED, Arrival
-from ._beam import Meeting, child_beam, is_rim, radicand
+from ._beam import child_beam, is_rim, radicand
 from ._plan import Plan
 
 
-def branches(tables: Tables, plan: Plan, at: Arrival, met: Meeting | None) -> tuple[Int[Array, "n"], Bool[Array, "n"], Bool[Array, "n"] | None]:
+def branches(tables: Tables, plan: Plan, at: Arrival) -> tuple[Int[Array, "n"], Bool[Array, "n"], Bool[Array, "n"] | None]:
     """The mirror child (0 for none, else MIRROR or TOTAL), whether there is a transmitted one, and one that runs past."""
     there = at.object >= 0
     past = None if at.beam is None else there & (at.beam.edge.share < 1)
@@ -21,7 +21,7 @@ def branches(tables: Tables, plan: Plan, at: Arrival, met: Meeting | None) -> tu
         return mirror, jnp.zeros_like(there), past
     through = there & _flags(plan.transparent, at.object)
     if plan.effects.total_internal_reflection:
-        some, all = _total_reflection(tables, at, met)
+        some, all = _total_reflection(tables, at)
         mirror = jnp.where(through & some, jnp.int32(TOTAL), mirror) if plan.total_reflection_is_full else mirror
         through = through & ~all
     return mirror, through, past
@@ -61,10 +61,10 @@ def share(tables: Tables, plan: Plan, object: Int[Array, "n"], branch: Int[Array
     return factor
 
 
-def _total_reflection(tables: Tables, at: Arrival, met: Meeting | None) -> tuple[Bool[Array, "n"], Bool[Array, "n"]]:
+def _total_reflection(tables: Tables, at: Arrival) -> tuple[Bool[Array, "n"], Bool[Array, "n"]]:
     """Where some of the light, and where all of it, is past the critical angle."""
-    if met is not None:
-        square = radicand(at, met, eta(tables, at))
+    if at.beam is not None:
+        square = radicand(at, eta(tables, at))
         rim, past = is_rim(square), square.value < 0
         return past | rim, past & ~rim
     past = refraction_radicand(facing(at.hit(), at.direction), eta(tables, at)) < 0

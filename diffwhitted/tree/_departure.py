@@ -4,13 +4,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from .._stage import stage
 from .._vector import Vec3
 from ..geometry import NOTHING, Departure, Footprint, Ray
 from ..scene import Camera, Tables
 from ._arrival import Arrival, Origin
 from ._branch import child, departure
 from ._plan import Plan
-from ._stage import stage
 
 MOST_PASSED = 2
 """So many outlines a ray may run past before those that follow count whole or not at all."""

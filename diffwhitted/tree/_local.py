@@ -10,27 +10,27 @@ from jaxtyping import Array, Float
 
 from .._coverage import Linear, coverage, ramp
 from .._safe import safe_divide
+from .._stage import packed, stage
 from .._vector import Vec3, dot, lookup, where
 from ..geometry import Ray, outline_of
 from ..illumination import diffuse, halfway_highlight, lit, reflected_highlight, tint
 from ..scene import Tables
 from ._arrival import Arrival
-from ._beam import Meeting, light_beam, slant
+from ._beam import light_beam, slant
 from ._plan import Plan
 from ._record import Nodes, glass_by_material, most_crossed
-from ._stage import packed, stage
 
 
-def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed, met: Meeting | None = None) -> Vec3:
+def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed) -> Vec3:
     """Linear RGB that leaves the surface towards where the ray came from; of no meaning for a miss.
 
-    `needed`: whether any ray of the block is alive (see `stage`). With `met` it is the mean over the footprint.
+    `needed`: whether any ray of the block is alive (see `stage`). Where rays have a footprint it is the mean over it.
     """
     effects, materials = plan.effects, tables.materials
     material = lookup(tables.material_of, at.object)
     black = jnp.zeros_like(at.point.x)
     radiance = Vec3(black, black, black)
-    patterns = [_pattern(t, at, met, needed) for t in tables.textures] if effects.textures else []
+    patterns = [_pattern(t, at, needed) for t in tables.textures] if effects.textures else []
     if effects.ambient:
         k_a = _patterned(lookup(materials.k_a, material), material, patterns, plan.k_a_textures)
         radiance = radiance + k_a * tables.ambient
@@ -42,9 +42,9 @@ def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed
         to_light, _, colour = stage(needed, light.arriving, at.point)
         terms = stage(needed, lambda *a: _terms(tables, plan, *a), material, at, to_light)
         share = _arriving_share(tables, plan, nodes, number)
-        if met is not None:
-            terms = _at_terminator(light, terms, at, to_light, met, needed)
-            share = share * _past_edges(tables, plan, light, nodes, number, at, to_light, met)
+        if at.beam is not None:
+            terms = _at_terminator(light, terms, at, to_light, needed)
+            share = share * _past_edges(tables, plan, light, nodes, number, at, to_light)
         sent_back = Vec3(black, black, black)
         if effects.diffuse:
             sent_back = sent_back + k_d * terms.diffuse
@@ -68,52 +68,55 @@ def _terms(tables: Tables, plan: Plan, material, at: Arrival, to_light: Vec3) ->
                  _highlight(tables, plan, material, at, to_light) if effects.highlight else None)
 
 
-def _at_terminator(light, terms: Terms, at: Arrival, to_light: Vec3, met: Meeting, needed) -> Terms:
+def _at_terminator(light, terms: Terms, at: Arrival, to_light: Vec3, needed) -> Terms:
     """The mean of N.L and of its sign over the footprint, where it runs across the line between light and shade."""
 
-    def near(at, to_light, met):
-        turn, step = (jnp.sqrt(0.5 * sum(dot(v, v) for v in pair)) for pair in (met.turns, met.steps))
-        cosine = abs(dot(at.normal, to_light))
-        return (cosine <= turn + _slope_with_distance(light, at.point) * step * cosine) & (at.object >= 0)
+    def near(at, to_light):
+        step, cosine = at.beam.footprint.reach()[0], abs(dot(at.normal, to_light))
+        turned = step * (abs(at.beam.curvature) + _turning(light, at.point) * cosine)
+        return (cosine <= turned) & (at.object >= 0)
 
-    def mean(point, normal, to_light, met):
-        beam = light_beam(light, point, met.steps)
-        slopes = [dot(turn, to_light) + dot(normal, side.direction) for turn, side in zip(met.turns, (beam.across, beam.down), strict=True)]
-        height = Linear(dot(normal, to_light), *slopes).within(1.0)
+    def mean(point, normal, to_light, beam):
+        across, down = (dot(step.origin, to_light) * beam.curvature + dot(normal, turned.direction)
+                        for step, turned in zip(beam.footprint.sides(), light_beam(light, point, beam.footprint).sides(), strict=True))
+        height = Linear(dot(normal, to_light), across, down).within(1.0)
         return ramp(height), coverage(height)
 
     whole = diffuse(at.normal, to_light), lit(at.normal, to_light)
-    facing, before = packed(stage(needed, near, at, to_light, met), mean, whole, at.point, at.normal, to_light, met)
+    doubtful = stage(needed, near, at, to_light)
+    facing, before = packed(doubtful, mean, whole, at.point, at.normal, to_light, at.beam)
     return Terms(None if terms.diffuse is None else facing, None if terms.lit is None else before, terms.lobe)
 
 
-def _slope_with_distance(light, point: Vec3):
+def _turning(light, point: Vec3):
     """How fast the direction to the light turns with the place, at most: 1 / distance."""
     return safe_divide(1, light.arriving(point)[1])
 
 
-def _pattern(texture, at: Arrival, met: Meeting | None, needed) -> Vec3:
+def _pattern(texture, at: Arrival, needed) -> Vec3:
     """The colour of a texture at the hit, or its mean over the footprint."""
-    if met is None:
+    if at.beam is None:
         return texture.at(at.point)
-    slants = stage(needed, slant, met, at.ray(), at.beam.footprint, at.normal)
-    varied = stage(needed, texture.varies, at.point, met.steps, slants)
-    return packed(varied & (at.object >= 0), texture.mean, texture.at(at.point), at.point, met.steps, slants)
+    steps = tuple(side.origin for side in at.beam.footprint.sides())
+    slants = stage(needed, slant, at)
+    some, much = stage(needed, texture.varies, at.point, steps, slants)
+    colour = packed(some & (at.object >= 0), texture.mean, texture.at(at.point), at.point, steps)
+    return packed(much & (at.object >= 0), texture.mean_in_perspective, colour, at.point, steps, slants)
 
 
-def _past_edges(tables: Tables, plan: Plan, light, nodes: Nodes, number: int, at: Arrival, to_light: Vec3, met: Meeting):
+def _past_edges(tables: Tables, plan: Plan, light, nodes: Nodes, number: int, at: Arrival, to_light: Vec3):
     """What comes past the objects that hide the light from part of the footprint."""
     one = jnp.ones_like(at.point.x)
     through = whole = Vec3(one, one, one) if plan.effects.tinted_shadows else one
     if not plan.effects.shadows:
         return through
 
-    def look(point, to_light, steps, part):
-        outline = outline_of(tables.shapes, Ray(point, to_light), light_beam(light, point, steps), part)
+    def look(point, to_light, footprint, part):
+        outline = outline_of(tables.shapes, Ray(point, to_light), light_beam(light, point, footprint), part)
         return _past(tables, plan, part, coverage(-outline))
 
     for part in nodes.shading[number]:
-        through = through * packed(part >= 0, look, whole, at.point, to_light, met.steps, part)
+        through = through * packed(part >= 0, look, whole, at.point, to_light, at.beam.footprint, part)
     return through
 
 

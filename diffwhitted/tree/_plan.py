@@ -6,13 +6,14 @@ from math import ceil
 
 import numpy as np
 
+from .._stage import LANES
 from .._workers import processors
 from ..scene import Camera, Plane, Scene, Sphere, is_traced, material_names, numbered_objects, texture_names
 from ._effects import Effects, as_effects, calls_for, decide_effects
 
 BLOCK = 2**13
-LANES = 64
-"""Every block is a multiple of this many rays."""
+FOOTPRINT_BLOCK = 2**12
+"""Rays with a footprint have more to carry: a smaller block stays in the cache."""
 MOST_PIXELS_A_PASS = 160 * 1024
 FEWEST_PIXELS_A_PASS = 2**14
 """A picture smaller than two of these is one pass; a larger one has a pass for each processor, or more."""
@@ -116,7 +117,8 @@ def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_d
     mirrors = tuple(calls_for(scene, o.material, "k_s", free) is not None for o in objects)
     transparent = tuple(calls_for(scene, o.material, "k_t", free) is not None for o in objects)
     materials = [scene.materials[name] for name in names]
-    passes, pass_pixels, block = _split(camera.width * camera.height)
+    trees = scene.footprint if footprint is None else footprint
+    passes, pass_pixels, block = _split(camera.width * camera.height, FOOTPRINT_BLOCK if trees else BLOCK)
     plan = Plan(
         effects=effects, max_depth=depth, total_reflection_is_full=scene.total_internal_reflection == "full",
         mirrors=mirrors, transparent=transparent,
@@ -125,7 +127,7 @@ def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_d
         k_a_textures=tuple(-1 if m.k_a_texture is None else textures.index(m.k_a_texture) for m in materials),
         k_d_textures=tuple(-1 if m.k_d_texture is None else textures.index(m.k_d_texture) for m in materials),
         picture=(camera.width, camera.height), passes=passes, pass_pixels=pass_pixels, block=block, capacity=0,
-        footprint=scene.footprint if footprint is None else footprint,
+        footprint=trees,
     )
     worst = _worst_case(plan)
     return plan.with_capacity(worst if capacity is None else min(capacity, worst))
@@ -136,13 +138,13 @@ def likely_room(camera: Camera) -> int:
     return int(LIKELY_DESCENDANTS * _split(camera.width * camera.height)[1])
 
 
-def _split(pixels: int) -> tuple[int, int, int]:
+def _split(pixels: int, most: int = BLOCK) -> tuple[int, int, int]:
     """Passes, camera rays a pass and rays a block, with little left over."""
     passes = max(ceil(pixels / MOST_PIXELS_A_PASS), min(processors(), pixels // FEWEST_PIXELS_A_PASS), 1)
     if passes > 1:
         passes = ceil(passes / processors()) * processors()
     in_pass = ceil(pixels / passes)
-    blocks = ceil(in_pass / BLOCK)
+    blocks = ceil(in_pass / most)
     block = ceil(in_pass / blocks / LANES) * LANES
     return passes, blocks * block, block
 

@@ -11,16 +11,15 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from .._vector import dot
+from .._stage import empty_buffers, packed, running_count, stage, write_block
 from ..geometry import NOTHING, Departure, Footprint, Ray, containing, hidden_parts, near_outlines, nearest, nearest_part, surface_at
 from ..illumination import before, sees_light, surfaces_crossed
 from ..scene import Camera, Tables
 from ._arrival import BRANCHES, PAST, TRANSMITTED, Arrival, Origin, arrival
-from ._beam import Meeting, arriving, light_beam, meeting
+from ._beam import arriving, light_beam
 from ._branch import branches
 from ._departure import any_ray, departing, parents_of, sides_of
 from ._plan import Plan
-from ._stage import empty_buffers, packed, running_count, stage, write_block
 
 MOST_SHADING = 1
 """So many objects may hide a light in part; further ones count whole or not at all."""
@@ -111,19 +110,17 @@ def _origin(plan: Plan, known: Origin, slot: Int[Array, "n"], queue: Int[Array, 
 def _follow(tables: Tables, plan: Plan, ray: Ray, footprint: Footprint | None, departure: Departure, origin: Origin, needed):
     """Find the surface that each ray meets: its node, its arrival, and what it sends on."""
     object, entering, cut = _meets(tables, ray, footprint, departure, needed)
-    beam, met = None, None
-    if footprint is not None:
-        ray, beam = stage(needed, lambda *a: arriving(tables.shapes, *a), ray, footprint, object, cut, departure)
-    hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, object, entering)
-    if footprint is not None:
-        met = stage(needed, lambda *a: meeting(tables.shapes, *a), ray, beam.footprint, hit)
+    if footprint is None:
+        hit, direction, beam = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, object, entering), ray.direction, None
+    else:
+        hit, direction, beam = arriving(tables.shapes, ray, footprint, object, entering, cut, departure, needed)
     outside = containing(tables.shapes, hit.point, plan.solids, but=object) if plan.effects.nested_media else None
-    at = arrival(hit, ray.direction, outside, beam)
-    visible, crossed, shading = _shadows(tables, plan, at, met, needed)
+    at = arrival(hit, direction, outside, beam)
+    visible, crossed, shading = _shadows(tables, plan, at, needed)
     nodes = Nodes(object, entering, outside, visible, crossed, cut, shading, origin)
     if not plan.branching:
         return nodes, at, None
-    mirror, through, past = stage(needed, lambda *a: branches(tables, plan, *a), at, met)
+    mirror, through, past = stage(needed, lambda *a: branches(tables, plan, *a), at)
     deeper = origin.level < plan.max_depth
     return nodes, at, (jnp.where(deeper, mirror, 0), through & deeper, past)
 
@@ -142,7 +139,7 @@ def _meets(tables: Tables, ray: Ray, footprint: Footprint | None, departure: Dep
     return packed(doubtful, lambda *a: nearest_part(tables.shapes, *a), whole, ray, footprint, departure)
 
 
-def _shadows(tables: Tables, plan: Plan, at: Arrival, met: Meeting | None, needed):
+def _shadows(tables: Tables, plan: Plan, at: Arrival, needed):
     """What each light sees of the points."""
     if not plan.effects.shadows:
         return (), (), ()
@@ -154,8 +151,8 @@ def _shadows(tables: Tables, plan: Plan, at: Arrival, met: Meeting | None, neede
         to_light, distance, _ = stage(needed, light.arriving, at.point)
         ray, parts = Ray(at.point, to_light), ()
         sees = stage(needed, lambda *a: sees_light(tables.shapes, *a, opaque), ray, departure, distance)
-        if met is not None:
-            sees, parts = _hidden(tables, light, ray, met, departure, distance, opaque, sees, needed)
+        if at.beam is not None:
+            sees, parts = _hidden(tables, light, ray, at.beam.footprint, departure, distance, opaque, sees, needed)
             shading.append(parts)
         visible.append(sees)
         if plan.effects.tinted_shadows:
@@ -165,21 +162,20 @@ def _shadows(tables: Tables, plan: Plan, at: Arrival, met: Meeting | None, neede
     return tuple(visible), tuple(crossed), tuple(shading)
 
 
-def _hidden(tables: Tables, light, ray: Ray, met: Meeting, departure: Departure, distance, opaque: tuple[bool, ...], sees, needed):
+def _hidden(tables: Tables, light, ray: Ray, footprint: Footprint, departure: Departure, distance, opaque: tuple[bool, ...], sees, needed):
     """Does some of the footprint see the light past all that hides it from the whole of it, and which objects hide it in part?"""
 
-    def near(ray, steps):
-        reach = jnp.sqrt(0.5 * sum(dot(step, step) for step in steps))
-        return near_outlines(tables.shapes, ray, reach, 0.0)
+    def near(ray, footprint):
+        return near_outlines(tables.shapes, ray, footprint.reach()[0], 0.0)
 
-    def look(ray, steps, departure, distance):
-        beam = light_beam(light, ray.origin, steps)
+    def look(ray, footprint, departure, distance):
+        beam = light_beam(light, ray.origin, footprint)
         hidden, parts = hidden_parts(tables.shapes, ray, beam, departure, before(distance), opaque, MOST_SHADING)
         return ~hidden, parts
 
     nobody = jnp.full(sees.shape, NOTHING, jnp.int32)
-    doubtful = stage(needed, near, ray, met.steps)
-    return packed(doubtful, look, (sees, (nobody,) * MOST_SHADING), ray, met.steps, departure, distance)
+    doubtful = stage(needed, near, ray, footprint)
+    return packed(doubtful, look, (sees, (nobody,) * MOST_SHADING), ray, footprint, departure, distance)
 
 
 def _count_type(objects: tuple[bool, ...]):

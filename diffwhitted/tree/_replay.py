@@ -10,16 +10,16 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
+from .._stage import empty_buffers, read_block, stage, write_block
 from .._vector import Vec3, where
 from ..geometry import Footprint, Ray, surface_at
 from ..scene import Camera, Tables
 from ._arrival import Arrival, arrival
-from ._beam import arriving, meeting
+from ._beam import arriving
 from ._departure import any_ray, departing, parents_of
 from ._local import local_radiance
 from ._plan import Plan
 from ._record import Nodes, Record
-from ._stage import empty_buffers, read_block, stage, write_block
 
 
 def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, number: Int[Array, ""],
@@ -65,13 +65,11 @@ def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, number: I
 
 def _visit(tables: Tables, plan: Plan, nodes: Nodes, ray: Ray, footprint: Footprint | None, needed) -> tuple[Vec3, Arrival]:
     """One ray to its surface: the light that it brings, and what its children start from."""
-    beam, met = None, None
-    if footprint is not None:
-        ray, beam = stage(needed, lambda *a: arriving(tables.shapes, *a), ray, footprint, nodes.object, nodes.cut)
-    hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, nodes.object, nodes.entering)
-    if footprint is not None:
-        met = stage(needed, lambda *a: meeting(tables.shapes, *a), ray, beam.footprint, hit)
-    at = arrival(hit, ray.direction, nodes.outside, beam)
-    light = local_radiance(tables, plan, nodes, at, needed, met)
-    light = where(nodes.object >= 0, light, tables.background.seen(ray.direction))
-    return light if beam is None else light * beam.edge.share, at
+    if footprint is None:
+        hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, nodes.object, nodes.entering)
+        at = arrival(hit, ray.direction, nodes.outside, None)
+    else:
+        hit, direction, beam = arriving(tables.shapes, ray, footprint, nodes.object, nodes.entering, nodes.cut, None, needed)
+        at = arrival(hit, direction, nodes.outside, beam)
+    light = where(nodes.object >= 0, local_radiance(tables, plan, nodes, at, needed), tables.background.seen(ray.direction))
+    return light if footprint is None else light * at.beam.edge.share, at

@@ -13,9 +13,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from ._plan import LANES
-
-PACKET = 1024
+LANES = 64
+"""Every block is a multiple of this many rays."""
+PACKET = 512
 
 
 def stage(needed: Bool[Array, ""], work: Callable, *operands):
