@@ -16,13 +16,15 @@ from .tree import Plan, Record, likely_room, make_plan, record, replay
 
 
 def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: int = 1,
-           max_depth: int | None = None) -> Float[Array, "height width 3"]:
+           max_depth: int | None = None, footprint: int | None = None) -> Float[Array, "height width 3"]:
     """The image of a scene: linear Rec. 709 RGB, scene-referred, row 0 on top.
 
     `samples` is the number of samples along each side of a pixel (n x n rays on a regular grid, averaged);
-    `max_depth` replaces the scene's. Works under `jit`, `grad`, `jvp` and `vmap`; derivatives in all
-    arrays of `scene` and `camera` are those of the recorded tree: exact for the coefficients that move no
-    ray, without the motion of edges for those that do.
+    `footprint` = k traces k x k trees in their place whose rays average what they meet over their share of the
+    pixel (0: none); it and `max_depth` replace the scene's. Works under `jit`, `grad`, `jvp` and `vmap`.
+    Derivatives in all arrays of `scene` and `camera` are those of the recorded tree: exact for the coefficients
+    that move no ray. For those that do, such as a refractive index, they see the motion of edges only with a
+    footprint.
 
     Without a `plan` one is made for this call. Inside `jit` (or where values are traced) it must assume the
     worst, so pass `plan=diffwhitted.plan(scene, camera)` there. Raises `SceneError` for a plan that does not
@@ -35,7 +37,11 @@ def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: i
     if given:
         _check(plan, scene, camera, traced)
     else:
-        plan = make_plan(scene, camera, max_depth=max_depth, capacity=None if traced else likely_room(camera))
+        room = None if traced else likely_room(camera)
+        plan = make_plan(scene, camera, max_depth=max_depth, capacity=room, footprint=footprint)
+    if samples > 1 and plan.footprint:
+        raise SceneError(f"samples = {samples} with footprint = {plan.footprint}; allowed is one of the two: footprint = k traces "
+                         "k x k trees a pixel, footprint = 0 with samples = n traces n x n points")
     if traced:
         image, needed = render_passes(scene, camera, plan, samples)
         return eqx.error_if(image, needed > plan.capacity, _too_small(plan))
@@ -49,13 +55,15 @@ def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: i
         plan = plan.with_capacity(2 * int(needed))
 
 
-def plan(scene: Scene, camera: Camera, *, free: tuple[str, ...] = (), max_depth: int | None = None) -> Plan:
+def plan(scene: Scene, camera: Camera, *, free: tuple[str, ...] = (), max_depth: int | None = None,
+         footprint: int | None = None) -> Plan:
     """A plan with measured room for the rays of this scene and camera, with a tenth to spare.
 
     `free` names coefficients ("glass.k_s") whose derivative is wanted although they may be zero now.
+    `max_depth` and `footprint` replace the scene's.
     """
     camera = _in_precision(camera, scene)
-    guess = make_plan(scene, camera, free=free, max_depth=max_depth, capacity=likely_room(camera))
+    guess = make_plan(scene, camera, free=free, max_depth=max_depth, capacity=likely_room(camera), footprint=footprint)
     while True:
         needed = int(np.max(record_passes(scene, camera, guess).descendants))
         if needed <= guess.capacity:
@@ -70,7 +78,8 @@ def _in_precision(camera: Camera, scene: Scene) -> Camera:
 
 def _check(plan: Plan, scene: Scene, camera: Camera, traced: bool):
     """A plan that leaves out what the scene calls for would give a wrong image without a word."""
-    asked = plan if traced else make_plan(scene, camera, max_depth=plan.max_depth, capacity=plan.capacity)
+    asked = plan if traced else make_plan(scene, camera, max_depth=plan.max_depth, capacity=plan.capacity,
+                                               footprint=plan.footprint)
     wrong = plan.shortfall(replace(asked, picture=(camera.width, camera.height)))
     if wrong:
         raise SceneError(f"plan: {wrong}; make one with diffwhitted.plan(scene, camera)")
@@ -80,14 +89,13 @@ def _check(plan: Plan, scene: Scene, camera: Camera, traced: bool):
 def render_pass(scene: Scene, camera: Camera, plan: Plan, number: Int[Array, ""], samples: int = 1):
     """One pass of the picture, (3, plan.pass_pixels), and how many rays other than camera rays it needs."""
     tables = tabulate(scene)
-    offsets = jnp.asarray((np.arange(samples) + 0.5) / samples, scene.dtype)
-    column, row = (g.reshape(-1) for g in jnp.meshgrid(offsets, offsets))
+    offsets = sample_places(plan.footprint or samples, scene.dtype)
 
     def one_sample(offset):
         tree = record(tables, camera, plan, number, offset)
         return replay(tables, camera, tree, plan, number, offset).stacked(axis=0), tree.descendants
 
-    film, needed = jax.lax.map(one_sample, jnp.stack([column, row], axis=1))
+    film, needed = jax.lax.map(one_sample, offsets)
     return film.mean(axis=0), needed.max()
 
 
@@ -123,6 +131,12 @@ def replay_passes(scene: Scene, camera: Camera, trees: Record, plan: Plan, offse
 
     film = jax.lax.map(one_pass, (_pass_numbers(plan), trees))
     return gathered(film, camera.height, camera.width)
+
+
+def sample_places(side: int, dtype) -> Float[Array, "samples 2"]:
+    """Places (column, row) in a pixel, the middles of side x side squares."""
+    steps = (np.arange(side) + 0.5) / side
+    return jnp.asarray([(column, row) for row in steps for column in steps], dtype)
 
 
 def _pass_numbers(plan: Plan):

@@ -114,6 +114,8 @@ class SettingsEntry(Entry):
     total_internal_reflection: TotalReflection = Field("full", description=(
         "full: all light goes to the mirror ray; whitted: T = 0 and k_s stays."))
     shadows: ShadowModel = Field("opaque", description="tinted: each surface crossed multiplies the light by its k_t.")
+    footprint: int = Field(0, json_schema_extra={"minimum": 0, "maximum": 64}, description=(
+        "k: k x k trees a pixel, whose rays average what they meet over their share of it; 0: points."))
 
 
 class CameraEntry(Entry):

@@ -8,7 +8,7 @@ from ._lights import DirectionalLight, Light, PointLight
 from ._material import HighlightModel, Material
 from ._names import coefficient_value, replace_coefficient, split_name
 from ._objects import Object, Plane, Polygon, Sphere
-from ._scene import Precision, Scene, ShadowModel, TotalReflection, float_dtype
+from ._scene import Precision, Scene, ShadowModel, TotalReflection, check_footprint, float_dtype
 from ._tables import MaterialTable, Tables, material_names, numbered_objects, tabulate, texture_names
 from ._textures import Checker, Texture
 
@@ -16,6 +16,6 @@ __all__ = [
     "BY_NAME", "COEFFICIENTS", "Background", "Camera", "Checker", "Coefficient", "ConstantBackground",
     "DirectionalLight", "GradientBackground", "HighlightModel", "Light", "Material", "MaterialTable", "Object",
     "Plane", "PointLight", "Polygon", "Precision", "Scene", "ShadowModel", "Sphere", "Tables", "Texture",
-    "TotalReflection", "coefficient_value", "is_traced", "float_dtype", "material_names", "nearest_name", "numbered_objects",
+    "TotalReflection", "check_footprint", "coefficient_value", "is_traced", "float_dtype", "material_names", "nearest_name", "numbered_objects",
     "replace_coefficient", "split_name", "tabulate", "texture_names",
 ]

@@ -21,12 +21,15 @@ ShadowModel = Literal["opaque", "tinted", "off"]
 TotalReflection = Literal["full", "whitted"]
 Precision = Literal["float32", "float64"]
 
+LARGEST_FOOTPRINT = 64
+
 
 class Scene(eqx.Module):
     """An inert record of objects, materials, lights and cameras; a pytree of arrays.
 
     `precision` is the floating-point type of every array in it and so of the whole computation;
-    "float64" needs `jax.config.update("jax_enable_x64", True)` first.
+    "float64" needs `jax.config.update("jax_enable_x64", True)` first. `footprint` = k traces k x k trees a pixel
+    whose rays know their share of it, so that edges are averaged over the pixel; 0 traces points.
     """
 
     objects: tuple[Object, ...]
@@ -73,6 +76,7 @@ class Scene(eqx.Module):
     def _check_settings(self):
         if isinstance(self.max_depth, bool) or not isinstance(self.max_depth, int) or not 1 <= self.max_depth <= 64:
             raise SceneError(f"scene: max_depth = {self.max_depth!r}; allowed is a whole number from 1 (camera rays only) to 64")
+        check_footprint(self.footprint)
         for field, kind in (("shadows", ShadowModel), ("total_internal_reflection", TotalReflection)):
             if getattr(self, field) not in get_args(kind):
                 raise SceneError(f"scene: {field} = {getattr(self, field)!r}; allowed is {', '.join(get_args(kind))}")
@@ -88,6 +92,13 @@ class Scene(eqx.Module):
             for field in ("k_a_texture", "k_d_texture"):
                 if getattr(material, field) is not None:
                     _known(getattr(material, field), self.textures, f"material {name!r}: {field}")
+
+
+def check_footprint(footprint, place: str = "scene: "):
+    """Raise `SceneError` unless it is a number of trees along the side of a pixel."""
+    if isinstance(footprint, bool) or not isinstance(footprint, int) or not 0 <= footprint <= LARGEST_FOOTPRINT:
+        raise SceneError(f"{place}footprint = {footprint!r}; allowed is 0 (points), 1 (one filtered tree a pixel) or k for "
+                         f"k x k of them, up to {LARGEST_FOOTPRINT}")
 
 
 def _known(name: str, there: Mapping, place: str):

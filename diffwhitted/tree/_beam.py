@@ -40,6 +40,8 @@ from ._plan import Plan
 
 STEEPEST = 1.6
 """Slant beyond which a footprint that runs to the horizon is cut off: at 2 its far end is infinitely far away."""
+WIDEST = 1.0
+"""Radians."""
 LEAST = 1e-3
 """A rim that leaves less than this share of a pixel on one side does not count."""
 
@@ -102,7 +104,20 @@ def child_beam(tables: Tables, plan: Plan, at: Arrival, branch: Int[Array, "n"],
     turn, special = stage(needed, lambda *a: _turn(plan, *a), at, branch, eta)
     ray, footprint = stage(needed, _turned, at, turn)
     factor = factor * at.beam.edge.share
-    return packed(special, lambda *a: _special(tables, plan, *a), (ray, footprint, factor), at, branch, factor, eta)
+    ray, footprint, factor = packed(special, lambda *a: _special(tables, plan, *a), (ray, footprint, factor), at, branch, factor, eta)
+    return *stage(needed, _kept_small, ray, footprint), factor
+
+
+def _kept_small(ray: Ray, footprint: Footprint) -> tuple[Ray, Footprint]:
+    """A pixel whose directions lie further apart than `WIDEST` is lost: what it sees has nothing to do with a linear map.
+
+    Its footprint is made smaller, and the ray has no derivative from there on, so that all stays finite.
+    """
+    apart_squared = jnp.maximum(*(dot(side.direction, side.direction) for side in footprint.sides()))
+    lost = ~(apart_squared < WIDEST * WIDEST)
+    scale = WIDEST / jnp.sqrt(jnp.where(lost & jnp.isfinite(apart_squared), apart_squared, WIDEST * WIDEST))
+    smaller = Footprint(*(Ray(side.origin * scale, side.direction * scale) for side in footprint.sides()))
+    return where(lost, jax.lax.stop_gradient((ray, smaller)), (ray, footprint))
 
 
 def _turn(plan: Plan, at: Arrival, branch, eta) -> tuple[Turn, Bool[Array, "n"]]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._stage import LANES
 from .._workers import processors
-from ..scene import Camera, Plane, Scene, Sphere, is_traced, material_names, numbered_objects, texture_names
+from ..scene import Camera, Plane, Scene, Sphere, check_footprint, is_traced, material_names, numbered_objects, texture_names
 from ._effects import Effects, as_effects, calls_for, decide_effects
 
 BLOCK = 2**13
@@ -88,6 +88,10 @@ class Plan:
         same = ("material_of", "highlight_models", "k_a_textures", "k_d_textures", "total_reflection_is_full")
         if any(getattr(self, field) != getattr(needed, field) for field in same):
             return "it was made for a scene with other objects, materials or textures"
+        if self.footprint != needed.footprint:
+            return f"it was made with footprint = {self.footprint}, not {needed.footprint}"
+        if self.solids != needed.solids:
+            return "it was made for a scene whose transparent solids lie in another order of size"
         missing = [f.name for f in fields(Effects) if getattr(needed.effects, f.name) and not getattr(self.effects, f.name)]
         if missing:
             return f"it leaves out {', '.join(missing)}, which the scene calls for"
@@ -118,6 +122,7 @@ def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_d
     transparent = tuple(calls_for(scene, o.material, "k_t", free) is not None for o in objects)
     materials = [scene.materials[name] for name in names]
     trees = scene.footprint if footprint is None else footprint
+    check_footprint(trees, "")
     passes, pass_pixels, block = _split(camera.width * camera.height, FOOTPRINT_BLOCK if trees else BLOCK)
     plan = Plan(
         effects=effects, max_depth=depth, total_reflection_is_full=scene.total_internal_reflection == "full",
