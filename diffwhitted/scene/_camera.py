@@ -53,8 +53,11 @@ class Camera(eqx.Module):
         """The same view at another size; one of the two alone keeps the shape of the picture."""
         if width is None and height is None:
             return self
-        width = width or max(1, round(height * self.width / self.height))
-        height = height or max(1, round(width * self.height / self.width))
+        width, height = (side if side is None else _size(side, "camera", field) for side, field in ((width, "width"), (height, "height")))
+        if width is None:
+            width = max(1, round(height * self.width / self.height))
+        if height is None:
+            height = max(1, round(width * self.height / self.width))
         return Camera(self.look_from, self.look_at, self.vfov_deg, width, height, self.up)
 
     def rays(self, column: Float[Array, "*n"], row: Float[Array, "*n"]) -> Ray:
