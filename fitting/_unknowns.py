@@ -113,7 +113,7 @@ def _default_bounds(row: Coefficient, value: np.ndarray) -> tuple[float, float]:
     low, high = row.fit_bounds
     if row.lowest < value.min() < low:
         low = row.lowest + 0.5 * (float(value.min()) - row.lowest)
-    return low, max(high, 2 * float(value.max())) if value.max() > high else high
+    return low, max(high, min(2 * float(value.max()), row.highest)) if value.max() > high else high
 
 
 def _matching(unknowns: Sequence[Unknown], pattern: str) -> list[int]:
@@ -141,9 +141,10 @@ def _checked_bounds(unknown: Unknown, ends) -> tuple[float, float]:
     low, high = map(float, ends)
     floor = {"interval": unknown.row.lowest, "log": 0.0, "log-excess": 1.0}[unknown.row.scale]
     open_end = unknown.row.scale != "interval"
-    if not (low < high and (low > floor if open_end else low >= floor)):
+    if not (low < high <= unknown.row.highest and (low > floor if open_end else low >= floor)):
+        end = f" and high <= {unknown.row.highest:g}" if np.isfinite(unknown.row.highest) else ""
         raise FitError(f"bounds: {unknown.name} = {low:g} to {high:g}; allowed is low < high with low "
-                       f"{'>' if open_end else '>='} {floor:g}")
+                       f"{'>' if open_end else '>='} {floor:g}{end}")
     return low, high
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from .._errors import SceneError
-from .._safe import normalise
+from .._safe import normalise, rescaled
 from .._vector import cross, vec3
 from ..geometry import Footprint, Ray
 from ._checks import is_traced, number_array, require
@@ -66,8 +66,8 @@ class Camera(eqx.Module):
         direction = ahead + right (column/width - 1/2) 2 tan(vfov/2) width/height + up (1/2 - row/height) 2 tan(vfov/2)
         """
         position = vec3(self.look_from)
-        ahead = normalise(vec3(self.look_at) - position)
-        right = normalise(cross(ahead, vec3(self.up)))
+        ahead = normalise(rescaled(vec3(self.look_at) - position)[0])
+        right = normalise(cross(ahead, rescaled(vec3(self.up))[0]))
         top = cross(right, ahead)
         span = 2 * jnp.tan(jnp.deg2rad(self.vfov_deg) / 2)
         across = (column / self.width - 0.5) * span * (self.width / self.height)
