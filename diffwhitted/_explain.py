@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ._render import record_passes, render_passes, replay_passes
-from .scene import Camera, ConstantBackground, DirectionalLight, GradientBackground, Material, PointLight, Scene, split_name
+from .scene import Camera, ConstantBackground, DirectionalLight, GradientBackground, Material, PointLight, Scene, depth_number, split_name
 from .tree import BRANCH_NAMES, Decision, Plan, Record, decide_effects, likely_room, make_plan
 
 FEWEST_ROUNDS, MOST_ROUNDS = 5, 25
@@ -89,10 +89,11 @@ def explain(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_dep
       (seconds), so False gives reasons and rays much sooner.
     - `on_measure`: called with the name of each effect before its program is compiled.
 
-    Raises `SceneError` for a free name that the scene does not have.
+    Raises `SceneError` for a free name that the scene does not have, and for a max_depth that is not one.
     """
     for name in free:
         split_name(scene, name)
+    max_depth = depth_number(max_depth)
     rays, room = _counted(scene, camera, free, max_depth)
     plan = make_plan(scene, camera, free=free, max_depth=max_depth, capacity=room)
     decisions = decide_effects(scene, free, max_depth)

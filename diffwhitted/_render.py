@@ -11,7 +11,7 @@ from jaxtyping import Array, Float, Int
 from ._errors import CapacityError, SceneError
 from ._workers import side_by_side
 from .image import gathered
-from .scene import Camera, Scene, is_traced, tabulate
+from .scene import Camera, Scene, depth_number, is_traced, split_name, tabulate, whole_number
 from .tree import Plan, Record, likely_room, make_plan, record, replay
 
 
@@ -32,7 +32,10 @@ def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: i
     too small; no ray is dropped in silence.
     """
     camera = _in_precision(camera, scene)
-    given = plan is not None
+    samples, max_depth, given = whole_number(samples, "samples"), depth_number(max_depth), plan is not None
+    for option, value in (("max_depth", max_depth), ("footprint", footprint)):
+        if given and value is not None:
+            raise SceneError(f"{option} = {value} beside a plan, which has its own; give it to diffwhitted.plan instead")
     traced = any(map(is_traced, jax.tree.leaves((scene, camera))))
     if given:
         _check(plan, scene, camera, traced)
@@ -59,9 +62,16 @@ def plan(scene: Scene, camera: Camera, *, free: tuple[str, ...] = (), max_depth:
          footprint: int | None = None) -> Plan:
     """A plan with measured room for the rays of this scene and camera, with a tenth to spare.
 
-    `free` names coefficients ("glass.k_s") whose derivative is wanted although they may be zero now.
-    `max_depth` and `footprint` replace the scene's.
+    `free` names coefficients ("glass.k_s") whose derivative is wanted although they may be zero now; `max_depth`
+    and `footprint` replace the scene's. Raises `SceneError` for a name that the scene does not have, and inside
+    `jit`, where there is nothing to measure.
     """
+    if any(map(is_traced, jax.tree.leaves((scene, camera)))):
+        raise SceneError("plan: the values of the scene or camera are traced, so there is nothing to measure; "
+                         "call diffwhitted.plan outside jit, grad or vmap, and pass the plan in")
+    for name in free:
+        split_name(scene, name)
+    max_depth = depth_number(max_depth)
     camera = _in_precision(camera, scene)
     guess = make_plan(scene, camera, free=free, max_depth=max_depth, capacity=likely_room(camera), footprint=footprint)
     while True:

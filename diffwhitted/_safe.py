@@ -6,6 +6,7 @@ by a harmless one where the operation is not defined, so that no infinity is eve
 multiplied by zero on the way back.
 """
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -38,6 +39,18 @@ def length(v: Vec3) -> Float[Array, "*n"]:
 def normalise(v: Vec3) -> Vec3:
     """v / |v|. Edge: the zero vector stays zero, with derivative 0."""
     return v * safe_divide(1, length(v))
+
+
+def rescaled(v: Vec3) -> tuple[Vec3, Float[Array, "*n"]]:
+    """v times a power of two, and that power, for a v of any length: the largest component becomes about 1.
+
+    The power is exact, so no digit of v changes, and a derivative takes it as a constant. For what a user
+    writes: squares of very short or long vectors leave the range of float32.
+    """
+    largest = jax.lax.stop_gradient(jnp.maximum(jnp.maximum(abs(v.x), abs(v.y)), abs(v.z)))
+    end = -jnp.finfo(largest.dtype).minexp
+    power = jnp.ldexp(jnp.ones_like(largest), jnp.clip(-jnp.frexp(largest)[1], -end, end))
+    return v * power, power
 
 
 def power_of_cosine(chord_squared: Float[Array, "*n"], exponent: Float[Array, "*n"]) -> Float[Array, "*n"]:

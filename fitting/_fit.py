@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from diffwhitted.image import dealt
-from diffwhitted.scene import Camera, Scene
+from diffwhitted.scene import Camera, Scene, depth_number, whole_number
 from diffwhitted.tree import Plan, decide_effects, likely_room, make_plan
 
 from ._bounds import Bounds
@@ -41,15 +41,16 @@ def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float
     Minimises the sum over pixels of mask * ((render - target) / noise)^2 with optimistix's
     Levenberg-Marquardt on forward-mode Jacobians of the replayed ray tree (Levenberg 1944, Marquardt 1963).
     Standard errors are those of the linearised model with independent noise of one size, given or estimated
-    from the residual. Raises `FitError` for input that cannot be used.
+    from the residual. Raises `FitError` for input that cannot be used (`SceneError` for a max_depth).
     """
     begun = time.perf_counter()
+    starts, samples, max_steps = (whole_number(value, name, error=FitError)
+                                  for name, value in (("starts", starts), ("samples", samples), ("max_steps", max_steps)))
+    max_depth = depth_number(max_depth)
     targets = as_targets(scene, targets)
     names, passed_over = free_coefficients(scene, free, max_depth)
     unknowns = list_unknowns(scene, names, bounds)
     first = start_values(scene, unknowns, start)
-    if starts < 1:
-        raise FitError(f"starts = {starts}; allowed is 1 or more")
     problem, scale = _build(scene, targets, names, unknowns, first, samples, max_depth)
     at_rest = rest_test(scene, targets, unknowns, UNIT)
     seconds_compile, solutions = time.perf_counter() - begun, []

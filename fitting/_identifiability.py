@@ -22,6 +22,8 @@ WIDEST = 12**-0.5
 class Uncertainty:
     """By unknown: standard error (NaN where not determined), 95 % interval, and what it is confounded with."""
 
+    spread: np.ndarray
+    """Standard error along the directions that are determined, for every unknown; NaN without a noise."""
     standard_error: np.ndarray
     interval: np.ndarray
     seen: np.ndarray
@@ -34,7 +36,7 @@ class Uncertainty:
 def uncertainty(factor: np.ndarray, noise: float, values: np.ndarray, unknowns: tuple[Unknown, ...], precision: float) -> Uncertainty:
     """From R of the residuals' Jacobian (p, p), and the standard deviation `noise` of the residuals.
 
-    `precision` is the relative accuracy of R: directions that are shorter than that are not determined.
+    Without a noise (NaN) there are no standard errors, and the rank alone says what is determined. `precision` is the relative accuracy of R: directions that are shorter than that are not determined.
     """
     count = len(unknowns)
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
@@ -47,14 +49,14 @@ def uncertainty(factor: np.ndarray, noise: float, values: np.ndarray, unknowns: 
     confounded = tuple(_partners(j, lost, directions, seen) for j in range(count))
     inverse = np.divide(1, lengths, out=np.zeros_like(lengths), where=determined)
     covariance = (directions.T * inverse**2) @ directions / np.outer(scale, scale) * noise**2
-    error = np.sqrt(np.maximum(np.diagonal(covariance), 0))
+    spread = np.sqrt(np.maximum(np.diagonal(covariance), 0))
     alone = np.array([not c for c in confounded])
-    identifiable = seen & alone & (_scaled_error(error, values, unknowns) < WIDEST * _scaled_width(unknowns))
-    error = np.where(identifiable, error, np.nan)
-    spread = np.where(error > 0, error, np.inf)
-    correlation = np.clip(covariance / np.outer(spread, spread), -1, 1)
+    identifiable = seen & alone & ~(_scaled_error(spread, values, unknowns) >= WIDEST * _scaled_width(unknowns))
+    error = np.where(identifiable, spread, np.nan)
+    sizes = np.where(error > 0, error, np.inf)
+    correlation = np.clip(covariance / np.outer(sizes, sizes), -1, 1)
     np.fill_diagonal(correlation, 1)
-    return Uncertainty(error, _intervals(values, error, unknowns), seen, identifiable, confounded, correlation, int(determined.sum()))
+    return Uncertainty(spread, error, _intervals(values, error, unknowns), seen, identifiable, confounded, correlation, int(determined.sum()))
 
 
 def _partners(j: int, lost: list[int], directions: np.ndarray, seen: np.ndarray) -> tuple[int, ...]:

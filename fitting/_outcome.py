@@ -33,6 +33,9 @@ def outcome(scene: Scene, targets: tuple[Target, ...], problem: Problem, start: 
     known = uncertainty(best.factor, noise, best.values, unknowns, _precision(scene))
     at_bound = on_bound(best.values, unknowns)
     moving = unsettled(best.values, best.factor, best.remainder, known, unknowns, _precision(scene), SETTLED, 0.05)
+    if np.isnan(noise):
+        notes = (f"there are no more residuals ({residuals}) than unknowns ({len(unknowns)}), so the noise cannot be estimated "
+                 "and there are no standard errors; give the noise", *notes)
     status, message = _status(best, known, [u.name for u, moves in zip(unknowns, moving, strict=True) if moves], unknowns)
     views = tuple(_view(t, film, scene) for t, film in zip(targets, best.films, strict=True))
     squares = sum(float(np.sum(v.residual.astype(np.float64)[v.weight > 0] ** 2)) for v in views)
@@ -71,13 +74,16 @@ def _noise(targets: tuple[Target, ...], loss: float, unknowns: int, unit: float,
     """Standard deviation of the solver's residuals, which are divided by the root of their number.
 
     Given with the targets, or else estimated from what is left over, and never below the rounding of the pictures.
+    NaN where nothing can be left over: no more residuals than unknowns.
     """
     count = _residual_count(targets)
     if targets[0].noise is not None:
         return 1 / np.sqrt(count)
+    if count <= unknowns:
+        return float("nan")
     brightest = max(float(np.abs(t.image).max()) for t in targets)
     rounding = float(jnp.finfo(scene.dtype).eps) * brightest / unit / np.sqrt(count)
-    return float(np.hypot(np.sqrt(2 * loss / max(count - unknowns, 1)), rounding))
+    return float(np.hypot(np.sqrt(2 * loss / (count - unknowns)), rounding))
 
 
 def with_runs(result: FitResult, solutions: list[Solution], compiling: float) -> FitResult:
@@ -92,8 +98,8 @@ def _coefficient(i: int, unknown: Unknown, best: Solution, start, known: Uncerta
     sure = bool(known.identifiable[i])
     return FittedCoefficient(
         name=unknown.name, symbol=unknown.row.symbol, value=float(best.values[i]), start=float(start[i]),
-        standard_error=float(known.standard_error[i]) if sure else None,
-        interval_95=_interval(known.interval[i], unknown, at_bound[i]) if sure else None,
+        standard_error=float(known.standard_error[i]) if np.isfinite(known.standard_error[i]) else None,
+        interval_95=_interval(known.interval[i], unknown, at_bound[i]) if np.isfinite(known.standard_error[i]) else None,
         identifiable=sure, seen=bool(known.seen[i]), confounded_with=tuple(unknowns[j].name for j in known.confounded[i]),
         at_bound=bool(at_bound[i]), bounds=unknown.bounds, unit=unknown.row.unit,
     )

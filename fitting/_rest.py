@@ -15,20 +15,21 @@ def unsettled(values: np.ndarray, factor: np.ndarray, remainder: np.ndarray, kno
               precision: float, share: float, errors: float) -> np.ndarray:
     """Which coefficients the next step -R^-1 q would move by more than `share` of themselves and `errors` of their error.
 
+    The step goes along the directions that the rank of R determines; whether their error is small does not matter here.
     A coefficient that the step would push through a bound close by is held there, and the step of the others
     is computed without it.
     """
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
     near = np.fmax(ON_THE_BOUND * (high - low), HELD * known.standard_error)
-    free = np.ones(len(unknowns), bool)
-    for _ in unknowns:
+    free = known.seen
+    for _ in range(len(unknowns) + 1):
         step = _step(factor, remainder, free, precision)
         held = free & (((values + step < low) & (values - low < near)) | ((values + step > high) & (high - values < near)))
         if not held.any():
             break
-        free &= ~held
+        free = free & ~held
     allowed = share * np.maximum(abs(values), 0.01 * np.minimum(high - low, 1))
-    return (abs(step) > np.fmax(allowed, errors * known.standard_error)) & known.identifiable
+    return abs(step) > np.fmax(allowed, errors * known.spread)
 
 
 def on_bound(values: np.ndarray, unknowns: tuple[Unknown, ...]) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Targets: what a camera saw, how much each pixel counts, and how noisy it is."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,10 +31,10 @@ def as_targets(scene: Scene, targets) -> tuple[Target, ...]:
     """One picture, one `Target`, a mapping from cameras to pictures, or a sequence of targets, checked.
 
     Raises `FitError` naming the camera for an unknown camera, another size, pixels that are not finite, a mask
-    outside [0, 1] or empty, and a noise that is not positive.
+    outside [0, 1] or empty, a noise that is not positive, codes in place of light, and two cameras for one target.
     """
     if isinstance(targets, Mapping):
-        targets = [t if isinstance(t, Target) else Target(t, camera) for camera, t in targets.items()]
+        targets = [_of_camera(camera, target) for camera, target in targets.items()]
     elif isinstance(targets, Target) or not isinstance(targets, Sequence):
         targets = [targets]
     targets = [t if isinstance(t, Target) else Target(np.asarray(t)) for t in targets]
@@ -46,6 +46,15 @@ def as_targets(scene: Scene, targets) -> tuple[Target, ...]:
     return checked
 
 
+def _of_camera(camera: str, target) -> Target:
+    """The target of one entry of a mapping."""
+    if not isinstance(target, Target):
+        return Target(target, camera)
+    if target.camera not in (None, camera):
+        raise FitError(f"targets: the target at {camera!r} names the camera {target.camera!r}; leave one of the two out, or make them agree")
+    return replace(target, camera=camera)
+
+
 def _checked(scene: Scene, target: Target) -> Target:
     name = _camera_name(scene, target.camera)
     camera, place = scene.cameras[name], f"target of camera {name!r}"
@@ -53,6 +62,9 @@ def _checked(scene: Scene, target: Target) -> Target:
     image = np.asarray(target.image)
     if image.ndim != 3 or image.shape[2] != 3:
         raise FitError(f"{place}: its shape is {image.shape}; allowed is (height, width, 3), linear RGB")
+    if not np.issubdtype(image.dtype, np.floating):
+        raise FitError(f"{place}: its values are of type {image.dtype}; allowed is linear light as floating-point numbers. Of 8-bit codes "
+                       "use diffwhitted.read_image, or divide and linearise")
     if image.shape[:2] != size:
         raise FitError(f"{place}: the picture has {image.shape[1]}x{image.shape[0]} pixels, the camera "
                        f"{camera.width}x{camera.height}; set the camera's width and height to the picture's, or resize the picture")

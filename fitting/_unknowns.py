@@ -44,12 +44,12 @@ def free_coefficients(scene: Scene, patterns: Sequence[str], max_depth: int | No
     known = [f"{material}.{row.name}" for material in scene.materials for row in COEFFICIENTS]
     chosen, plain = [], set()
     for pattern in patterns:
-        matches = [name for name in known if fnmatch.fnmatchcase(name, pattern)]
+        matches = [pattern] if pattern in known else [name for name in known if fnmatch.fnmatchcase(name, pattern)]
         if not matches:
             raise FitError(f"free: {pattern!r} matches no coefficient; names are MATERIAL.COEFFICIENT with materials "
                            f"{', '.join(scene.materials)} and coefficients {', '.join(BY_NAME)}.{nearest_name(pattern, known)}")
         chosen += matches
-        plain |= {name for name in matches if not set(pattern) & set("*?[")}
+        plain |= {pattern} & set(known)
     names = [name for name in known if name in chosen]
     idle = {name: why for name in names if (why := _without_effect(scene, name, names, max_depth or scene.max_depth))}
     for name in sorted(plain & set(idle)):
@@ -70,7 +70,7 @@ def list_unknowns(scene: Scene, names: Sequence[str], bounds: Mapping[str, tuple
         ends = _default_bounds(row, np.asarray(coefficient_value(scene, name)))
         unknowns += [Unknown(name, channel, row, ends) for channel in channels]
     for pattern, ends in (bounds or {}).items():
-        matched = [i for i, u in enumerate(unknowns) if _matches(u, pattern)]
+        matched = _matching(unknowns, pattern)
         if not matched:
             raise FitError(f"bounds: {pattern!r} matches no free coefficient; free are {', '.join(u.name for u in unknowns)}")
         for i in matched:
@@ -85,10 +85,10 @@ def start_values(scene: Scene, unknowns: tuple[Unknown, ...], start: Mapping[str
     """
     values = np.asarray([np.asarray(coefficient_value(scene, u.coefficient)).reshape(-1)[u.channel or 0] for u in unknowns], np.float64)
     for pattern, value in (start or {}).items():
-        matched = [i for i, u in enumerate(unknowns) if _matches(u, pattern)]
+        matched = _matching(unknowns, pattern)
         if not matched:
             raise FitError(f"start: {pattern!r} matches no free coefficient; free are {', '.join(u.name for u in unknowns)}")
-        values[matched] = value
+        values[matched] = _start_number(pattern, value)
     for u, value in zip(unknowns, values, strict=True):
         low, high = u.bounds
         slack = 1e-6 * (high - low)
@@ -113,20 +113,38 @@ def _default_bounds(row: Coefficient, value: np.ndarray) -> tuple[float, float]:
     low, high = row.fit_bounds
     if row.lowest < value.min() < low:
         low = row.lowest + 0.5 * (float(value.min()) - row.lowest)
-    return low, max(high, 2 * float(value.max())) if value.max() > high else high
+    return low, max(high, min(2 * float(value.max()), row.highest)) if value.max() > high else high
 
 
-def _matches(unknown: Unknown, pattern: str) -> bool:
-    return fnmatch.fnmatchcase(unknown.name, pattern) or fnmatch.fnmatchcase(unknown.coefficient, pattern)
+def _matching(unknowns: Sequence[Unknown], pattern: str) -> list[int]:
+    """The numbers of the unknowns of that very name or, where there is none, of those that match it as a pattern."""
+    exact = [i for i, u in enumerate(unknowns) if pattern in (u.name, u.coefficient)]
+    return exact or [i for i, u in enumerate(unknowns) if any(fnmatch.fnmatchcase(name, pattern) for name in (u.name, u.coefficient))]
+
+
+def _start_number(name: str, value) -> float:
+    if np.ndim(value) or not _are_numbers([value]):
+        raise FitError(f"start: {name} = {value!r}; allowed is a number, and for one channel of a colour its own name, such as {name}.r")
+    return float(value)
+
+
+def _are_numbers(values) -> bool:
+    try:
+        return all(np.isfinite(float(value)) and not isinstance(value, str) for value in values)
+    except (TypeError, ValueError):
+        return False
 
 
 def _checked_bounds(unknown: Unknown, ends) -> tuple[float, float]:
+    if np.shape(ends) != (2,) or not _are_numbers(ends):
+        raise FitError(f"bounds: {unknown.name} = {ends!r}; allowed is (low, high), two finite numbers")
     low, high = map(float, ends)
     floor = {"interval": unknown.row.lowest, "log": 0.0, "log-excess": 1.0}[unknown.row.scale]
     open_end = unknown.row.scale != "interval"
-    if not (np.isfinite(low) and np.isfinite(high) and low < high and (low > floor if open_end else low >= floor)):
-        raise FitError(f"bounds: {unknown.name} = {low:g} to {high:g}; allowed is low < high, both finite, with low "
-                       f"{'>' if open_end else '>='} {floor:g}")
+    if not (low < high <= unknown.row.highest and (low > floor if open_end else low >= floor)):
+        end = f" and high <= {unknown.row.highest:g}" if np.isfinite(unknown.row.highest) else ""
+        raise FitError(f"bounds: {unknown.name} = {low:g} to {high:g}; allowed is low < high with low "
+                       f"{'>' if open_end else '>='} {floor:g}{end}")
     return low, high
 
 

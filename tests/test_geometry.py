@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+import diffwhitted as dw
 from diffwhitted._vector import vec3
 from diffwhitted.geometry import (
     NOTHING, Departure, Planes, Polygons, Ray, Shapes, Spheres, blocked, containing, crossing_count, facing, nearest, surface_at,
@@ -331,3 +332,20 @@ def test_derivatives_on_a_silhouette_and_along_a_plane_are_finite(mode):
 
     assert distance(jnp.asarray([-3.0, 1.0, 0.0])).tolist() == [3, 0]
     assert mode(distance)(jnp.asarray([-3.0, 1.0, 0.0])).tolist() == [[-1, 0, 0], [0, 0, 0]]
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("corners", [((-1, -1), (1, -1), (1, 1), (-1, 1)), ((-0.9, -1.03), (1.01, -0.87), (0.93, 1.07), (-1.1, 0.77))])
+def test_two_triangles_leave_no_gap_along_the_side_they_share(precision, corners):
+    """A pixel on the diagonal belongs to one of them, whichever way each runs along it."""
+    a, b, c, d = ((*corner, 0.0) for corner in corners)
+    camera = dw.Camera((0, 0, 5), (0, 0, 0), 20, 128, 128)
+    paint = {"m": dw.Material(k_a=1.0)}
+
+    def seen(*objects):
+        return np.asarray(dw.render(dw.Scene(objects=objects, materials=paint, precision=precision), camera)[..., 0]) > 0.5
+
+    whole = seen(dw.Polygon("whole", (a, b, c, d), "m"))
+    halves = seen(dw.Polygon("one", (a, b, c), "m"), dw.Polygon("other", (a, c, d), "m"))
+    assert whole.sum() > 5000
+    assert not (whole & ~halves).any()

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from diffwhitted._safe import length, normalise, power_of_cosine, safe_divide, safe_sqrt, whole_powers
+from diffwhitted._safe import length, normalise, power_of_cosine, rescaled, safe_divide, safe_sqrt, whole_powers
 from diffwhitted._vector import SMALL_TABLE, Vec3, lookup
 
 PRECISIONS = ("float32", "float64")
@@ -144,3 +144,18 @@ def test_lookup_of_nothing_is_finite(rows):
     table = {"a": jnp.arange(1.0, rows + 1), "b": jnp.arange(2.0 * rows).reshape(rows, 2)}
     found = lookup(table, jnp.asarray([-1, 1]))
     assert np.isfinite(found["a"]).all() and found["b"][1].tolist() == [2, 3]
+
+
+@pytest.mark.parametrize("dtype", PRECISIONS)
+def test_rescaling_keeps_every_digit_and_the_derivative(dtype):
+    """The direction of vectors whose squares leave the range; (3, 0, -4) / 5 and its derivative scale as 1 / |v|."""
+    smallest, largest = float(jnp.finfo(dtype).tiny), float(jnp.finfo(dtype).max)
+    for size in (1.0, 2 * smallest, largest / 8, smallest**0.7, largest**0.7):
+        v = Vec3(*(jnp.asarray(size * c, dtype) for c in (3.0, 0.0, -4.0)))
+        short, power = rescaled(v)
+        assert float(np.log2(float(power))).is_integer()
+        assert float(short.z) == float(v.z) * float(power) and 0.5 <= abs(float(short.z)) <= 4
+        np.testing.assert_allclose(normalise(short).stacked(), [0.6, 0, -0.8], rtol=few_roundings(dtype))
+    slope = jax.jvp(lambda a: normalise(rescaled(Vec3(a, a * 0, -4 * a / a))[0]).x, (jnp.asarray(3.0, dtype),), (jnp.ones((), dtype),))[1]
+    np.testing.assert_allclose(slope, 16 / 125, rtol=few_roundings(dtype))
+    assert [float(c) for c in rescaled(Vec3(*jnp.zeros((3, 1), dtype)))[0].stacked()[0]] == [0, 0, 0]

@@ -133,10 +133,10 @@ def scenes(draw) -> Scene:
     texture = draw(NAMES)
 
     def material(k_h, textured):
-        lowest = {row.name: np.float32(row.lowest) for row in COEFFICIENTS}
+        allowed = {row.name: (np.float32(row.lowest), np.float32(row.highest)) for row in COEFFICIENTS}
         shown = {row.name: draw(one_or_three(POSITIVE) if row.coloured else POSITIVE.map(np.float32))
                  for row in COEFFICIENTS}
-        values = {name: np.maximum(value, lowest[name]) for name, value in shown.items()}
+        values = {name: np.clip(value, *allowed[name]) for name, value in shown.items()}
         return Material(**values | ({} if k_h else {"k_h": None}), k_d_texture=texture if textured else None,
                         highlight=draw(st.sampled_from(["halfway", "reflected", "off"])))
 

@@ -7,6 +7,7 @@ limits here serve the exported JSON Schema.
 """
 
 import dataclasses
+import math
 from typing import Annotated, ClassVar, Literal, get_args
 
 import numpy as np
@@ -164,7 +165,7 @@ class CheckerEntry(Entry):
 
 
 def _coefficient(row: Coefficient):
-    number = _number(minimum=row.lowest)
+    number = _number(minimum=row.lowest, **({"maximum": row.highest} if math.isfinite(row.highest) else {}))
     description = f"{row.symbol}: {row.meaning}; unit {row.unit}. {row.source}."
     field = _optional(description) if row.default is None else Field(row.default, description=description)
     return _or_colour(number) if row.coloured else number, field

@@ -98,7 +98,11 @@ class Polygons(eqx.Module):
         return jnp.zeros(point.shape, bool)
 
     def _outlines(self, plane: Planes, point: Vec3):
-        """Even-odd rule in the coordinate plane that the polygon faces most."""
+        """Even-odd rule in the coordinate plane that the polygon faces most.
+
+        Each side is taken from its lower end, so that two polygons with a side in common, which run along it in
+        opposite ways, round its crossing alike: no point falls between them.
+        """
         ax, ay, az = abs(plane.normal.x), abs(plane.normal.y), abs(plane.normal.z)
         drop_x = (ax >= ay) & (ax >= az)
         drop_y = ~drop_x & (ay >= az)
@@ -113,6 +117,7 @@ class Polygons(eqx.Module):
         for k in range(sides):
             u0, v0 = corner_u[..., k], corner_v[..., k]
             u1, v1 = corner_u[..., (k + 1) % sides], corner_v[..., (k + 1) % sides]
+            (u0, v0), (u1, v1) = where((v0 > v1) | ((v0 == v1) & (u0 > u1)), ((u1, v1), (u0, v0)), ((u0, v0), (u1, v1)))
             spans = (v0 > v) != (v1 > v)
             rise = jnp.where(v1 == v0, 1, v1 - v0)
             inside ^= spans & (u < (u1 - u0) * (v - v0) / rise + u0)

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from .._errors import SceneError
-from .._safe import normalise
+from .._safe import normalise, rescaled
 from .._vector import cross, vec3
 from ..geometry import Footprint, Ray
 from ._checks import is_traced, number_array, require
@@ -53,8 +53,11 @@ class Camera(eqx.Module):
         """The same view at another size; one of the two alone keeps the shape of the picture."""
         if width is None and height is None:
             return self
-        width = width or max(1, round(height * self.width / self.height))
-        height = height or max(1, round(width * self.height / self.width))
+        width, height = (side if side is None else _size(side, "camera", field) for side, field in ((width, "width"), (height, "height")))
+        if width is None:
+            width = max(1, round(height * self.width / self.height))
+        if height is None:
+            height = max(1, round(width * self.height / self.width))
         return Camera(self.look_from, self.look_at, self.vfov_deg, width, height, self.up)
 
     def rays(self, column: Float[Array, "*n"], row: Float[Array, "*n"]) -> Ray:
@@ -63,8 +66,8 @@ class Camera(eqx.Module):
         direction = ahead + right (column/width - 1/2) 2 tan(vfov/2) width/height + up (1/2 - row/height) 2 tan(vfov/2)
         """
         position = vec3(self.look_from)
-        ahead = normalise(vec3(self.look_at) - position)
-        right = normalise(cross(ahead, vec3(self.up)))
+        ahead = normalise(rescaled(vec3(self.look_at) - position)[0])
+        right = normalise(cross(ahead, rescaled(vec3(self.up))[0]))
         top = cross(right, ahead)
         span = 2 * jnp.tan(jnp.deg2rad(self.vfov_deg) / 2)
         across = (column / self.width - 0.5) * span * (self.width / self.height)

@@ -7,7 +7,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._errors import SceneError
+from .._errors import InputError, SceneError
+
+DEEPEST = 64
+"""The largest max_depth."""
 
 
 def is_traced(value) -> bool:
@@ -34,6 +37,21 @@ def require(holds, place: str, field: str, value, allowed: str, advice: str = ""
     if is_traced(value) or holds(np.asarray(value)):
         return
     raise SceneError(f"{place}: {field} = {listed(value)}; allowed is {allowed}" + (f". {advice}" if advice else ""))
+
+
+def whole_number(value, place: str, lowest: int = 1, highest: int | None = None, error: type[InputError] = SceneError) -> int:
+    """`value` as an int; raises `error` unless it is a whole number, of Python or NumPy, from `lowest` to `highest`."""
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not whole or value < lowest or (highest is not None and value > highest):
+        shown = value.item() if isinstance(value, np.generic) else value
+        allowed = f"{lowest} or more" if highest is None else f"from {lowest} to {highest}"
+        raise error(f"{place} = {shown!r}; allowed is a whole number {'of ' if highest is None else ''}{allowed}")
+    return int(value)
+
+
+def depth_number(max_depth) -> int | None:
+    """A checked max_depth; None stays None."""
+    return None if max_depth is None else whole_number(max_depth, "max_depth", highest=DEEPEST)
 
 
 def listed(value) -> str:

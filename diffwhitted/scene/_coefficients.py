@@ -5,6 +5,7 @@ table: a new coefficient is one row here and one field of `Material`.
 """
 
 from dataclasses import dataclass
+from math import inf
 from typing import Literal
 
 
@@ -19,6 +20,8 @@ class Coefficient:
     """May be linear RGB (one value a channel); otherwise one number."""
     lowest: float
     """Smallest value a scene may have (inclusive)."""
+    highest: float
+    """Largest value a scene may have (inclusive)."""
     default: float | None
     """Value where a material does not state it; None: the value of k_s."""
     fit_bounds: tuple[float, float]
@@ -32,19 +35,19 @@ class Coefficient:
 
 
 COEFFICIENTS: tuple[Coefficient, ...] = (
-    Coefficient("k_a", "k_a", "1", True, 0.0, 0.0, (0.0, 1.0), "interval", False,
+    Coefficient("k_a", "k_a", "1", True, 0.0, inf, 0.0, (0.0, 1.0), "interval", False,
                 "ambient reflectance", "Hearn and Baker (14-4)"),
-    Coefficient("k_d", "k_d", "1", True, 0.0, 0.0, (0.0, 1.0), "interval", False,
+    Coefficient("k_d", "k_d", "1", True, 0.0, inf, 0.0, (0.0, 1.0), "interval", False,
                 "diffuse reflectance", "Whitted (1)"),
-    Coefficient("k_h", "k_h", "1", True, 0.0, None, (0.0, 1.0), "interval", False,
+    Coefficient("k_h", "k_h", "1", True, 0.0, inf, None, (0.0, 1.0), "interval", False,
                 "highlight coefficient (k_s where it is not given)", "Parker et al. (1)"),
-    Coefficient("k_s", "k_s", "1", True, 0.0, 0.0, (0.0, 1.0), "interval", False,
+    Coefficient("k_s", "k_s", "1", True, 0.0, inf, 0.0, (0.0, 1.0), "interval", False,
                 "share of light that arrives along the mirror ray", "Whitted (2)"),
-    Coefficient("k_t", "k_t", "1", True, 0.0, 0.0, (0.0, 1.0), "interval", False,
+    Coefficient("k_t", "k_t", "1", True, 0.0, inf, 0.0, (0.0, 1.0), "interval", False,
                 "share of light that arrives along the transmitted ray", "Whitted (2)"),
-    Coefficient("phong_exponent", "n", "1", False, 0.0, 50.0, (1.0, 1000.0), "log", False,
+    Coefficient("phong_exponent", "n", "1", False, 0.0, inf, 50.0, (1.0, 1000.0), "log", False,
                 "exponent of the highlight", "Whitted (1)"),
-    Coefficient("refractive_index", "η", "1", False, 1.0, 1.0, (1.001, 4.0), "log-excess", True,
+    Coefficient("refractive_index", "η", "1", False, 1.0, 1000.0, 1.0, (1.001, 4.0), "log-excess", True,
                 "index of the inside against vacuum", "Hearn and Baker (14-50)"),
 )
 

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._safe import length, normalise, safe_divide
+from .._safe import length, normalise, rescaled, safe_divide
 from .._vector import Vec3, vec3
 from ._checks import number_array, require
 
@@ -57,7 +57,7 @@ class DirectionalLight(eqx.Module):
 
     def arriving(self, point: Vec3) -> tuple[Vec3, Float[Array, "*n"], Vec3]:
         """Unit direction to the light, its distance (infinite), and the colour that arrives."""
-        direction = normalise(vec3(self.direction))
+        direction = normalise(rescaled(vec3(self.direction))[0])
         ones = jnp.ones_like(point.x)
         return direction * ones, ones * jnp.inf, vec3(self.colour)
 

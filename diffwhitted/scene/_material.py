@@ -1,5 +1,6 @@
 """What a surface is made of."""
 
+from math import isfinite
 from typing import Literal, get_args
 
 import equinox as eqx
@@ -51,5 +52,6 @@ def checked(name: str, value, place: str):
     """The value of a coefficient as an array, or `SceneError` naming the place and the interval."""
     row = BY_NAME[name]
     array = number_array(value, place, name, ((), (3,)) if row.coloured else ((),))
-    require(lambda v: (v >= row.lowest).all(), place, name, array, f">= {row.lowest:g}")
+    allowed = f">= {row.lowest:g}" + (f" and <= {row.highest:g}" if isfinite(row.highest) else "")
+    require(lambda v: ((v >= row.lowest) & (v <= row.highest)).all(), place, name, array, allowed)
     return array

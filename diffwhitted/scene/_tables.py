@@ -8,7 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from .._safe import length, normalise, safe_divide
+from .._safe import length, normalise, rescaled, safe_divide
 from .._vector import Vec3, vec3
 from ..geometry import Planes, Polygons, Shapes, Spheres
 from ._background import Background
@@ -97,9 +97,9 @@ def _spheres(spheres: list[Sphere]) -> Spheres | None:
 def _planes(planes: list[Plane]) -> Planes | None:
     if not planes:
         return None
-    normal = vec3(jnp.stack([p.normal for p in planes]))
+    normal, power = rescaled(vec3(jnp.stack([p.normal for p in planes])))
     offset = jnp.stack([p.offset for p in planes])
-    return Planes(normalise(normal), safe_divide(offset, length(normal)))
+    return Planes(normalise(normal), safe_divide(offset * power, length(normal)))
 
 
 def _polygons(polygons: list[Polygon]) -> Polygons | None:
