@@ -2,11 +2,13 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
 from scipy.stats import qmc
 
+from diffwhitted._render import sample_places
 from diffwhitted.image import dealt
 from diffwhitted.scene import Camera, Scene, depth_number, whole_number
 from diffwhitted.tree import Plan, decide_effects, likely_room, make_plan
@@ -15,8 +17,10 @@ from ._bounds import Bounds
 from ._errors import FitError
 from ._outcome import outcome, rest_test, with_runs
 from ._problem import Part, Problem, prepared
+from ._pyramid import blurs
+from ._rest import nearly
 from ._result import FitResult, FitStep
-from ._solve import solve
+from ._solve import Solution, solve
 from ._target import Target, as_targets
 from ._unknowns import free_coefficients, list_unknowns, start_values
 
@@ -26,7 +30,7 @@ UNIT = 0.01
 
 def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float] | None = None,
         bounds: Mapping[str, tuple[float, float]] | None = None, starts: int = 1, samples: int = 1,
-        max_depth: int | None = None, max_steps: int = 100,
+        max_depth: int | None = None, footprint: int | None = None, max_steps: int = 100,
         on_step: Callable[[FitStep], None] | None = None) -> FitResult:
     """Find the free material coefficients that make the rendered scene equal the targets.
 
@@ -37,7 +41,10 @@ def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float
     - `starts`: how many starting points to try: the one above, the middle of the bounds, then a Sobol
       sequence over the bounds. The best end is returned.
     - `samples`: n x n rays a pixel.
+    - `footprint`: k x k trees a pixel whose rays average what they meet over their share of it. Without it that is
+      the scene's, or `samples`, where a free coefficient moves rays: their derivative lies in the edges of the picture.
 
+    Where rays move, the ray tree is recorded anew in each step, and the residuals are blurred at first (`_pyramid`).
     Minimises the sum over pixels of mask * ((render - target) / noise)^2 with optimistix's
     Levenberg-Marquardt on forward-mode Jacobians of the replayed ray tree (Levenberg 1944, Marquardt 1963).
     Standard errors are those of the linearised model with independent noise of one size, given or estimated
@@ -51,32 +58,58 @@ def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float
     names, passed_over = free_coefficients(scene, free, max_depth)
     unknowns = list_unknowns(scene, names, bounds)
     first = start_values(scene, unknowns, start)
-    problem, scale = _build(scene, targets, names, unknowns, first, samples, max_depth)
+    if footprint is None:
+        footprint = scene.footprint or (samples if _moves(unknowns) else 0)
+    problem, scale = _build(scene, targets, names, unknowns, first, samples, max_depth, footprint)
     at_rest = rest_test(scene, targets, unknowns, UNIT)
     seconds_compile, solutions = time.perf_counter() - begun, []
     for point in _starting_points(first, unknowns, starts):
-        solutions.append(solve(problem, point, max_steps=max_steps, at_rest=at_rest, on_step=on_step, loss_scale=scale))
+        solutions.append(_solved(problem, point, max_steps, at_rest, on_step, scale))
         if solutions[-1].interrupted:
             break
     best = min(solutions, key=lambda s: s.loss)
-    effects = tuple((d.name, d.on, d.why) for d in decide_effects(scene, names, max_depth))
+    effects = tuple((d.name, d.on, d.why) for d in decide_effects(scene, names, max_depth, footprint))
     notes = tuple(f"{name} left as it is: {why}" for name, why in passed_over)
     result = outcome(scene, targets, problem, first, best, UNIT, effects, notes)
     return with_runs(result, solutions, seconds_compile)
 
 
-def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, samples: int, max_depth):
+def _moves(unknowns) -> bool:
+    """Does any of the unknowns move rays?"""
+    return any(u.row.moves_rays for u in unknowns)
+
+
+def _solved(problem: Problem, point: np.ndarray, max_steps: int, at_rest, on_step, scale: float) -> Solution:
+    """One run of the solver from a starting point, where rays move from blurred to sharp residuals."""
+    camera, history, seconds = problem.views[0][0].camera, [], 0.0
+
+    def settled(values, factor, remainder, loss) -> bool:
+        return nearly(values, factor, remainder, problem.unknowns, 1e-4)
+
+    def seen(step: FitStep):
+        history.append(replace(step, step=len(history), seconds=seconds + step.seconds))
+        if on_step is not None:
+            on_step(history[-1])
+
+    for sigma in blurs(camera.width, camera.height) if _moves(problem.unknowns) else (0.0,):
+        solution = solve(problem, point, max_steps=max_steps, at_rest=settled if sigma else at_rest, on_step=seen,
+                         loss_scale=scale, sigma=sigma)
+        point, seconds = solution.values, seconds + solution.seconds
+        if solution.interrupted:
+            break
+    return replace(solution, history=tuple(history), seconds=seconds)
+
+
+def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, samples: int, max_depth, footprint: int):
     """The problem, and the number by which its mean square becomes the sum of squares; all programs are compiled."""
     total = float(sum(3 * (t.mask > 0).sum() for t in targets))
-    moving = any(u.row.moves_rays for u in unknowns)
-    grid = (np.arange(samples) + 0.5) / samples
-    offsets = jnp.asarray([(x, y) for y in grid for x in grid], scene.dtype)
+    moving, offsets = _moves(unknowns), sample_places(footprint or samples, scene.dtype)
     values, bounds = jnp.asarray(first, scene.dtype), Bounds(unknowns)
     views = []
     for target in targets:
         camera = scene.cameras[target.camera]
         weight = np.sqrt(target.mask) / (UNIT if target.noise is None else target.noise) / np.sqrt(total)
-        plan = make_plan(scene, camera, free=names, max_depth=max_depth, capacity=likely_room(camera))
+        plan = make_plan(scene, camera, free=names, max_depth=max_depth, capacity=likely_room(camera), footprint=footprint)
         views.append(_parts(camera, target.image, weight, offsets, plan))
     recorded = tuple(prepared(scene, unknowns, values, parts, moving) for parts in views)
     return Problem(scene, bounds, recorded, unknowns), total

@@ -19,10 +19,12 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from diffwhitted._workers import side_by_side
+from diffwhitted.image import gathered
 from diffwhitted.scene import Camera, Scene, tabulate
 from diffwhitted.tree import Plan, Record, record, replay
 
 from ._bounds import Bounds
+from ._pyramid import blurred
 from ._unknowns import Unknown, insert
 
 ROWS = 4096
@@ -57,7 +59,7 @@ class Problem(eqx.Module):
 def prepared(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[Part, ...], moving: bool) -> tuple[Part, ...]:
     """The parts with room for their rays and, unless rays move, with their trees; all their programs are compiled."""
     if moving:
-        return tuple(_with_room(scene, unknowns, values, part)[0] for part in parts)
+        return tuple(_roomy(scene, unknowns, values, part) for part in parts)
     while True:
         with ThreadPoolExecutor(1) as aside:
             blank = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), eqx.filter_eval_shape(record_part, scene, unknowns, values, parts[0]))
@@ -70,36 +72,73 @@ def prepared(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[P
         parts = tuple(replace(part, plan=part.plan.with_capacity(2 * needed)) for part in parts)
 
 
-def factorise(problem: Problem, values: Float[Array, "p"]) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+def _roomy(scene: Scene, unknowns: tuple[Unknown, ...], values, part: Part) -> Part:
+    """The part with room for its rays at these coefficients, and half as much again."""
+    while True:
+        needed = int(record_part(scene, unknowns, values, part).descendants.max())
+        if needed <= part.plan.capacity:
+            part = replace(part, plan=part.plan.with_capacity(3 * needed // 2))
+            part_rows(scene, unknowns, values, part)
+            return part
+        part = replace(part, plan=part.plan.with_capacity(2 * needed))
+
+
+def factorise(problem: Problem, values: Float[Array, "p"], sigma: float = 0.0) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
     """The triangular factor of [J r] in the coefficients, (p + 1, p + 1), and the film of each target.
 
-    The pictures are in the precision of the scene, the factor of the parts' factors in float64.
+    The pictures are in the precision of the scene, the factor of the parts' factors in float64. With `sigma` residual
+    and Jacobian are blurred by so many pixels (see `_pyramid`).
     """
     values = jnp.asarray(values, problem.scene.dtype)
     parts = [part for view in problem.views for part in view]
-    found = side_by_side(lambda part: _with_room(problem.scene, problem.unknowns, values, part)[1:], parts)
+    program = part_rows if parts[0].trees is None else part_factor
+    found = side_by_side(lambda part: _with_room(program, problem.scene, problem.unknowns, values, part), parts)
     factors, films = zip(*found, strict=True)
+    if sigma:
+        factors = _blurred_factors(problem, factors, sigma)
+    elif program is part_rows:
+        factors = [_triangular(rows.reshape(rows.shape[0], -1)) for rows in factors]
     rest = iter(films)
     return _factor_of(np.concatenate(factors).astype(np.float64)), tuple(np.stack([next(rest) for _ in view]) for view in problem.views)
 
 
-def _with_room(scene: Scene, unknowns: tuple[Unknown, ...], values, part: Part):
-    """The part, with more room where moving rays need it, its factor and its film."""
+def _blurred_factors(problem: Problem, rows: tuple[np.ndarray, ...], sigma: float) -> list[np.ndarray]:
+    """The factor of each target's blurred rows."""
+    rest, factors = iter(rows), []
+    for view in problem.views:
+        camera = view[0].camera
+        passes = np.stack([next(rest) for _ in view])
+        picture = np.asarray(gathered(passes.reshape(len(view), -1, passes.shape[-1]), camera.height, camera.width))
+        picture = np.moveaxis(picture, -1, 0).reshape(-1, 3, camera.height, camera.width)
+        tall = blurred(picture, sigma).reshape(picture.shape[0], -1).T
+        factors.append(np.linalg.qr(np.vstack([tall, np.zeros((tall.shape[1],) * 2, tall.dtype)]), mode="r"))
+    return factors
+
+
+def _with_room(program, scene: Scene, unknowns: tuple[Unknown, ...], values, part: Part):
+    """What a program finds out about a part, and its film, with more room where moving rays need it."""
     while True:
-        factor, film, needed = part_factor(scene, unknowns, values, part)
+        found, film, needed = program(scene, unknowns, values, part)
         if int(needed) <= part.plan.capacity:
-            return part, factor, film
+            return found, film
         part = replace(part, plan=part.plan.with_capacity(2 * int(needed)))
 
 
 @eqx.filter_jit
 def part_factor(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array, "p"], part: Part):
     """The triangular factor of [J r] of one part, its rendered pixels (3, pixels), and the room for rays that it needs."""
+    rows, seen, needed = part_rows(scene, unknowns, values, part)
+    return _triangular(rows.reshape(len(unknowns) + 1, -1)), seen, needed
+
+
+@eqx.filter_jit
+def part_rows(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array, "p"], part: Part):
+    """The rows [J r] of one part, (p + 1, 3, pixels), its rendered pixels, and the room for rays that it needs."""
     trees = part.trees if part.trees is not None else record_part(scene, unknowns, values, part)
     seen, columns = _value_and_columns(lambda values: _film(insert(scene, unknowns, values), part, trees), values)
     residual = (seen - part.target) * part.weight
     rows = jnp.concatenate([columns * part.weight, residual[None]])
-    return _triangular(rows.reshape(len(unknowns) + 1, -1)), seen, trees.descendants.max()
+    return rows, seen, trees.descendants.max()
 
 
 @eqx.filter_jit
@@ -129,6 +168,7 @@ def _value_and_columns(fn, values: Float[Array, "p"]):
     return jax.vmap(along, out_axes=(None, 0))(jnp.eye(values.size, dtype=values.dtype))
 
 
+@eqx.filter_jit
 def _triangular(rows: Float[Array, "columns rows"]) -> Float[Array, "columns columns"]:
     """R of the QR factors of the transpose, by blocks of rows that fit the cache."""
     columns, count = rows.shape

@@ -7,6 +7,8 @@ from ._unknowns import Unknown
 
 ON_THE_BOUND = 1e-3
 """Share of the interval within which a coefficient counts as lying on its bound."""
+NEARLY = 0.01
+"""Share of a coefficient (of index - 1) that a step may still be for a blurred picture to have done its part."""
 HELD = 0.25
 """Share of its standard error within which a bound holds a coefficient that would go beyond it."""
 
@@ -30,6 +32,13 @@ def unsettled(values: np.ndarray, factor: np.ndarray, remainder: np.ndarray, kno
         free = free & ~held
     allowed = share * np.maximum(abs(values), 0.01 * np.minimum(high - low, 1))
     return abs(step) > np.fmax(allowed, errors * known.spread)
+
+
+def nearly(values: np.ndarray, factor: np.ndarray, remainder: np.ndarray, unknowns: tuple[Unknown, ...], precision: float) -> bool:
+    """Is the next step small enough to go on with a sharper picture?"""
+    lowest = np.asarray([u.row.lowest for u in unknowns])
+    step = _step(factor, remainder, np.linalg.norm(factor, axis=0) > 0, precision)
+    return bool(np.all(abs(step) <= NEARLY * np.maximum(values - lowest, NEARLY)))
 
 
 def on_bound(values: np.ndarray, unknowns: tuple[Unknown, ...]) -> np.ndarray:

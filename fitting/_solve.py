@@ -70,16 +70,16 @@ class Look:
         return self.values, self.factor[:-1, :-1], self.factor[:-1, -1], 0.5 * float(self.factor[:, -1] @ self.factor[:, -1])
 
 
-def look(problem: Problem, x: Float[Array, "p"]) -> Look:
+def look(problem: Problem, x: Float[Array, "p"], sigma: float) -> Look:
     values = problem.bounds.values(x)
-    return Look(x, np.asarray(values, np.float64), *factorise(problem, values))
+    return Look(x, np.asarray(values, np.float64), *factorise(problem, values, sigma))
 
 
 def solve(problem: Problem, start: np.ndarray, *, max_steps: int, at_rest: Callable[..., bool] = lambda *a: False,
-          on_step: Callable[[FitStep], None] | None = None, loss_scale: float = 1.0) -> Solution:
+          on_step: Callable[[FitStep], None] | None = None, loss_scale: float = 1.0, sigma: float = 0.0) -> Solution:
     """From these coefficients until the steps become too small to matter, or `max_steps`, or Ctrl-C.
 
-    `at_rest(values, factor, remainder, loss)` may stop it earlier.
+    `at_rest(values, factor, remainder, loss)` may stop it earlier. `sigma`: blur of the residuals in pixels.
     """
     begun, method = time.perf_counter(), _method(problem.scene.dtype)
     x = problem.bounds.unknowns(jnp.asarray(start, float))
@@ -87,7 +87,7 @@ def solve(problem: Problem, start: np.ndarray, *, max_steps: int, at_rest: Calla
     history, rejected, best = [], 0, None
     with _stop_requests() as stopped:
         for number in range(max_steps):
-            here = look(problem, state.y_eval)
+            here = look(problem, state.y_eval, sigma)
             model = _linear_model(problem, here)
             x, state, done = advance(method, x, state, model)
             accepted = int(state.num_steps_since_acceptance) == 0
