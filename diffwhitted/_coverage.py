@@ -13,9 +13,10 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ._safe import safe_divide
-
 NARROWEST = 0.01
+FLATTEST = 1e-18
+"""A slope below this is none, so that nothing under- or overflows."""
+LEVEL = 1e-7
 
 
 class Linear(eqx.Module):
@@ -57,22 +58,21 @@ def is_cut(g: Linear, least: float) -> Bool[Array, "*n"]:
 
 def coverage(g: Linear) -> Float[Array, "*n"]:
     """The share of the pixel where g > 0."""
-    cut, positive, high, low, tail = _cut(g)
-    beyond = tail * tail / (2 * high * low)
-    flat = abs(g.value) < 0.5 * (high - low)
-    share = jnp.where(flat, 0.5 + jnp.where(flat, g.value, 0) / high, jnp.where(positive, 1 - beyond, beyond))
+    cut, positive, g, low = _in_slopes(g)
+    flat, inside, tail = _regions(g, low)
+    share = jnp.where(flat, 0.5 + inside, jnp.where(positive, 1 - tail * tail / (2 * low), tail * tail / (2 * low)))
     return jnp.where(cut, share, positive.astype(share.dtype))
 
 
 def ramp(g: Linear) -> Float[Array, "*n"]:
     """The mean over the pixel of max(g, 0)."""
-    cut, positive, high, low, tail = _cut(g)
-    n = 0.5 * (high - low)
-    flat = abs(g.value) < n
-    inside = jnp.where(flat, g.value, 0)
-    middle = low * low / (6 * high) + 0.5 * (inside + n) + (inside * inside - n * n) / (2 * high)
-    beyond = tail * tail * tail / (6 * high * low) + jnp.where(positive, g.value, 0)
-    return jnp.where(cut, jnp.where(flat, middle, beyond), jnp.where(positive, g.value, 0))
+    value, high = g.value, g.window()[0]
+    cut, positive, g, low = _in_slopes(g)
+    flat, inside, tail = _regions(g, low)
+    n = 0.5 * (1 - low)
+    middle = low * low / 6 + 0.5 * (inside + n) + 0.5 * (inside * inside - n * n)
+    beyond = tail * tail * tail / (6 * low) + jnp.where(positive, g.value, 0)
+    return jnp.where(cut, high * jnp.where(flat, middle, beyond), jnp.where(positive, value, 0))
 
 
 def joint_coverage(g: Linear, h: Linear) -> Float[Array, "*n"]:
@@ -81,6 +81,7 @@ def joint_coverage(g: Linear, h: Linear) -> Float[Array, "*n"]:
     Green's theorem: half the sum over the sides of the cut square of (distance of the side from the middle,
     positive where the middle lies inside it) times its length.
     """
+    g, h = (_in_slopes(f)[2] for f in (g, h))
     area = 0.25 * sum(_length_of_side(g, h, *side) for side in _SIDES)
     return area + _of_chord(g, h) + _of_chord(h, g)
 
@@ -112,19 +113,29 @@ def _of_chord(g: Linear, h: Linear):
 
 
 def _clipped(low, high, at, slope):
-    """The interval cut to where at + slope t > 0."""
-    crossing = safe_divide(-at, slope)
-    low = jnp.where(slope > 0, jnp.maximum(low, crossing), low)
-    high = jnp.where(slope < 0, jnp.minimum(high, crossing), jnp.where((slope == 0) & (at <= 0), low, high))
+    """The interval cut to where at + slope t > 0; a slope of less than `LEVEL` changes nothing between -1 and 1."""
+    level = abs(slope) < LEVEL
+    crossing = -at / jnp.where(level, 1, slope)
+    low = jnp.where(~level & (slope > 0), jnp.maximum(low, crossing), low)
+    high = jnp.where(~level & (slope < 0), jnp.minimum(high, crossing), jnp.where(level & (at <= 0), low, high))
     return low, high
 
 
-def _cut(g: Linear):
-    """Whether the edge cuts the pixel, the sign, and hi, lo and m - |g|, harmless where it does not."""
+def _in_slopes(g: Linear):
+    """Whether the edge cuts the pixel, the sign, and g and lo in units of hi; harmless where it does not cut."""
     high, low = g.window()
-    tail = _tail(g, high, low)
-    cut = tail > 0
-    return cut, g.value > 0, jnp.where(cut, high, 1), jnp.where(cut, low, 1), jnp.where(cut, tail, 0)
+    sloping = high > FLATTEST
+    unit = jnp.where(sloping, high, 1)
+    cut = sloping & (_tail(g, high, low) > 0)
+    value = jnp.where(cut, g.value / unit, jnp.sign(g.value))
+    across, down = (jnp.where(sloping, slope / unit, 0) for slope in (g.across, g.down))
+    return cut, g.value > 0, Linear(value, across, down), jnp.where(cut, low / unit, 1)
+
+
+def _regions(g: Linear, low):
+    """Of a g in units of hi: is it in the flat part of the trapezoid, g there, and m - |g| outside it."""
+    flat = abs(g.value) < 0.5 * (1 - low)
+    return flat, jnp.where(flat, g.value, 0), jnp.maximum(_tail(g, 1, low), 0)
 
 
 def _tail(g: Linear, high, low):

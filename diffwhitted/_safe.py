@@ -48,8 +48,9 @@ def rescaled(v: Vec3) -> tuple[Vec3, Float[Array, "*n"]]:
     writes: squares of very short or long vectors leave the range of float32.
     """
     largest = jax.lax.stop_gradient(jnp.maximum(jnp.maximum(abs(v.x), abs(v.y)), abs(v.z)))
-    end = -jnp.finfo(largest.dtype).minexp
-    power = jnp.ldexp(jnp.ones_like(largest), jnp.clip(-jnp.frexp(largest)[1], -end, end))
+    most = 2.0 ** -jnp.finfo(largest.dtype).minexp
+    # A number over its mantissa is a power of two, without rounding.
+    power = jnp.clip(jnp.where(largest > 0, jnp.frexp(largest)[0] / jnp.where(largest > 0, largest, 1), 1), 1 / most, most)
     return v * power, power
 
 

@@ -30,16 +30,18 @@ class Variant:
     gradient: bool = False
     shadows: str = "off"
     free: tuple = ()
+    radius: float = 1.0
+    footprint: int = 0
     scene: dw.Scene = field(init=False, compare=False)
 
     def __post_init__(self):
         light = dw.PointLight((0, 0.5, 5), 0.8, attenuation=self.attenuation)  # where the camera is: no shadow shows
         object.__setattr__(self, "scene", dw.Scene(
-            objects=[dw.Sphere("ball", (0, 0, 0), 1, "paint"), dw.Plane("ground", (0, 1, 0), -1, "plain")],
+            objects=[dw.Sphere("ball", (0, 0, 0), self.radius, "paint"), dw.Plane("ground", (0, 1, 0), -1, "plain")],
             materials={"paint": dw.Material(**dict(self.ball)), "plain": dw.Material(**dict(self.floor))}, lights=[light],
             textures={"white": dw.Checker(((1, 1, 1), (1, 1, 1)))} if dict(self.floor).get("k_d_texture") else {},
             background=dw.GradientBackground(SKY, SKY) if self.gradient else dw.ConstantBackground(SKY),
-            cameras={"main": dw.Camera((0, 0.5, 5), (0, 0, 0), 40, 8, 6)}, shadows=self.shadows, max_depth=3))
+            cameras={"main": dw.Camera((0, 0.5, 5), (0, 0, 0), 40, 8, 6)}, shadows=self.shadows, max_depth=3, footprint=self.footprint))
 
     @property
     def camera(self):
@@ -52,6 +54,7 @@ class Variant:
 
 BARE = Variant()
 UNLIT = Variant(ball=(("k_a", 0.5), ("k_h", 0.0)), floor=(("k_a", 0.3), ("k_h", 0.0)))
+ROOM = Variant(ball=(("k_a", 0.5), ("k_h", 0.0)), floor=(("k_a", 0.5), ("k_h", 0.0)), radius=100.0)  # one colour in every direction
 GLASSY = Variant(free=("paint.k_t",))
 SHADED = Variant(free=("paint.k_t",), shadows="opaque")
 
@@ -68,6 +71,7 @@ PAIRS = {
     "textures": (BARE, Variant(floor=(*BARE.floor, ("k_d_texture", "white")))),
     "attenuation": (BARE, Variant(attenuation=(1.0, 0.0, 0.0))),
     "background_gradient": (BARE, Variant(gradient=True)),
+    "footprint": (ROOM, dataclasses.replace(ROOM, footprint=1)),
 }
 
 OPERATIONS = {"highlight": ("exponential", "log-plus-one"), "textures": ("floor",)}
@@ -146,7 +150,7 @@ def everything():
         objects=[dw.Plane("ground", (0, 1, 0), -1, "tiles"), dw.Sphere("ball", (0, 0, 0), 1, "glass"), dw.Sphere("bead", (0, 0, 0), 0.4, "glass")],
         materials={"glass": dw.Material(k_h=0.25, k_s=0.2, k_t=(0.0, 0.7, 0.8), refractive_index=1.5), "tiles": dw.Material(k_a=0.1, k_d=0.6, k_h=0, k_d_texture="checks")},
         lights=[dw.DirectionalLight((0, 1, 0), 1), dw.PointLight((0, 5, 0), 1, attenuation=(1, 0, 0.1))], textures={"checks": dw.Checker(((0, 0, 0), (1, 1, 1)))},
-        background=dw.GradientBackground(SKY, SKY), shadows="tinted")
+        background=dw.GradientBackground(SKY, SKY), shadows="tinted", footprint=1)
 
 
 def test_reasons_name_the_object_and_the_coefficient():

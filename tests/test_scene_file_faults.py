@@ -121,7 +121,7 @@ FAULTS = {
     "huge hexadecimal": ("radius = 1", "radius = 0x1" + 6000 * "0", 'object "ball"', "24001 bits", "a number > 0"),
     "unreadable integer": ("radius = 1", "radius = 1" + 6000 * "0", "broken TOML", "thousands of digits", "allowed is"),
     "deep brackets": ("radius = 1", "radius = " + 99999 * "[", "brackets", "too deeply", "allowed is"),
-    "broken value": ("radius = 1", "radius = = 1", "line 51, column 10", '"radius = = 1"', "broken TOML"),
+    "broken value": ("radius = 1", "radius = = 1", "line 52, column 10", '"radius = = 1"', "broken TOML"),
     "open bracket": ("[[texture]]", "[[texture", "line 28, column 10", '"[[texture"', "broken TOML"),
     "key twice": ("radius = 1", "radius = 1\nradius = 2", "line 52", '"radius = 2"', "overwrite"),
     "open text": ('"glass"\n\n[[object]]\nname = "floor"', '"""glass', "broken TOML", "Unterminated", "not closed"),

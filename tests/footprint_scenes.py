@@ -1,0 +1,108 @@
+"""The three scenes on which derivatives through moving edges are measured, and their converged references."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+import diffwhitted as dw
+from diffwhitted.scene import tabulate
+from diffwhitted.tree import make_plan, record, replay
+
+EXAMPLE = Path(__file__).parent.parent / "examples" / "glass_between_spheres.toml"
+INDEX = "glass.refractive_index"
+
+
+def spheres():
+    """Glass between two mirroring spheres over a checkerboard, two lights with shadows."""
+    return dw.load_scene(EXAMPLE)
+
+
+def glass_alone():
+    """The glass over the checkerboard."""
+    scene = spheres()
+    return eqx.tree_at(lambda s: s.objects, scene, tuple(o for o in scene.objects if o.name in ("ball", "ground")))
+
+
+def smooth():
+    """The glass before a smooth gradient."""
+    scene = spheres()
+    scene = eqx.tree_at(lambda s: s.objects, scene, tuple(o for o in scene.objects if o.name == "ball"))
+    sky = jax.tree.map(lambda a: a.astype(scene.dtype), dw.GradientBackground((0.1, 0.2, 0.6), (0.9, 0.7, 0.2)))
+    return eqx.tree_at(lambda s: s.background, scene, sky)
+
+
+SCENES = {"spheres": spheres, "glass alone": glass_alone, "smooth": smooth}
+
+
+def with_index(scene):
+    return lambda value: dw.replace_coefficient(scene, INDEX, value)
+
+
+def ball_at(scene):
+    """The scene with the centre of the glass sphere moved along x."""
+    def moved(x):
+        return eqx.tree_at(lambda s: next(o for o in s.objects if o.name == "ball").centre, scene, jnp.zeros(3, scene.dtype).at[0].set(x))
+    return moved
+
+
+def places(count, seed=0):
+    """Well spread places in a pixel (Roberts 2018, R2 sequence)."""
+    root = 1.32471795724474602596
+    start = np.random.default_rng(seed).random(2)
+    return ((start + np.arange(1, count + 1)[:, None] / [root, root**2]) % 1).astype(np.float32)
+
+
+@eqx.filter_jit
+def _total(scene, camera, plan, offsets):
+    tables, number = tabulate(scene), jnp.int32(0)
+
+    def one(total, offset):
+        tree = record(tables, camera, plan, number, offset)
+        return total + replay(tables, camera, tree, plan, number, offset).stacked(axis=-1), tree.descendants
+
+    total, needed = jax.lax.scan(one, jnp.zeros((plan.pass_pixels, 3), scene.dtype), offsets)
+    return total, needed.max()
+
+
+def area_true(scene, camera, side, seed=0):
+    """The mean of side * side points a pixel, summed in float64; side is a multiple of 8."""
+    plan = make_plan(scene, camera, footprint=0, capacity=4 * camera.width * camera.height)
+    assert plan.passes == 1
+    total = 0
+    for offsets in places(side * side, seed).reshape(-1, 64, 2):
+        part, needed = _total(scene, camera, plan, jnp.asarray(offsets))
+        assert needed <= plan.capacity
+        total = total + np.asarray(part, np.float64)
+    return (total / side**2)[: camera.width * camera.height].reshape(camera.height, camera.width, 3)
+
+
+def reference(make, camera, at, step, side, seed=0):
+    """Image and central difference of converged images: the same points in both, so that only edges make noise."""
+    below, above = (area_true(make(at + d), camera, side, seed) for d in (-step, step))
+    return (below + above) / 2, (above - below) / (2 * step)
+
+
+def filtered(make, camera, at, trees=1):
+    """Image and derivative of `trees` x `trees` filtered trees a pixel, and the number of nodes."""
+    scene = make(at)
+    plan = dw.plan(scene, camera, free=(INDEX,), footprint=trees)
+    plan = replace(plan, capacity=plan.with_capacity(int(1.2 * plan.capacity)).capacity)
+    value = jnp.asarray(at, scene.dtype)
+    image, derivative = jax.jvp(lambda v: dw.render(make(v), camera, plan=plan), (value,), (jnp.ones_like(value),))
+    return np.asarray(image, np.float64), np.asarray(derivative, np.float64)
+
+
+def cosine(a, b):
+    return float((a * b).sum() / np.linalg.norm(a) / np.linalg.norm(b))
+
+
+def relative(a, b):
+    return float(np.linalg.norm(a - b) / np.linalg.norm(b))
+
+
+def rms(a, b):
+    return float(np.sqrt(np.mean((a - b) ** 2)))
