@@ -130,7 +130,7 @@ def print_result(result: FitResult, truth: Mapping[str, float] | None, written: 
 
     console = Console(highlight=False, soft_wrap=False)
     console.print()
-    console.print(coefficient_table(result, truth))
+    console.print(coefficient_table(result, truth, console.width))
     console.print()
     for line in summary_lines(result):
         console.print(line, markup=False)

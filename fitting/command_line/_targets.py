@@ -24,6 +24,8 @@ def read_targets(scene: Scene, given: Sequence[str], masks: Sequence[str], camer
 
     `note` is told what a user should know. Raises `InputError` for what cannot be read or paired.
     """
+    if noise is not None and not 0 < noise < float("inf"):
+        raise InputError(f"--noise {noise:g}: allowed is a number > 0, the standard deviation of the target's pixels in linear RGB")
     default, _ = chosen_camera(scene, camera)
     pictures = files_of_cameras("--target", given, scene.cameras, default)
     mask_files = files_of_cameras("--mask", masks, scene.cameras, default)
