@@ -38,7 +38,8 @@ def uncertainty(factor: np.ndarray, noise: float, values: np.ndarray, unknowns: 
     """From R of the residuals' Jacobian (p, p), and the standard deviation `noise` of the residuals.
 
     Without a noise (NaN) there are no standard errors, and the rank alone says what is determined. `precision` is
-    the relative accuracy of R: directions that are shorter than that are not determined. `resolution` is the share of a coefficient below which no standard error goes.
+    the relative accuracy of R: directions that are shorter than that are not determined. `resolution` is the
+    share of a coefficient below which no standard error goes.
     """
     count = len(unknowns)
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T

@@ -57,7 +57,9 @@ def noise_source(result: FitResult) -> str:
     """Where the noise comes from."""
     if result.noise_given:
         return "given"
-    return "at rounding level" if result.at_rounding_level else "estimated from the residual" if math.isfinite(result.noise) else "not estimated"
+    if not math.isfinite(result.noise):
+        return "cannot be estimated"
+    return "at rounding level" if result.at_rounding_level else "estimated from the residual"
 
 
 def rounded(value: float, standard_error: float | None) -> str:

@@ -118,8 +118,9 @@ def test_a_residual_above_the_given_noise_is_a_misfit_and_one_below_is_not():
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_rounding_is_neither_noise_nor_misfit_and_bounds_the_standard_error(precision):
     def exact(k_d):
-        scene = ball()
-        return Scene(objects=scene.objects, materials={"m": Material(k_a=0.3, k_d=k_d, k_h=0.0)}, lights=scene.lights, cameras=scene.cameras, precision=precision)
+        like = ball()
+        return Scene(objects=like.objects, materials={"m": Material(k_a=0.3, k_d=k_d, k_h=0.0)}, lights=like.lights,
+                     cameras=like.cameras, precision=precision)
 
     result = fitting.fit(exact(0.3), picture(exact(0.7)), ["m.k_d", "m.k_a"])
     assert not result.misfit
