@@ -48,8 +48,8 @@ def rescaled(v: Vec3) -> tuple[Vec3, Float[Array, "*n"]]:
     writes: squares of very short or long vectors leave the range of float32.
     """
     largest = jax.lax.stop_gradient(jnp.maximum(jnp.maximum(abs(v.x), abs(v.y)), abs(v.z)))
-    end = -jnp.finfo(largest.dtype).minexp
-    power = jnp.ldexp(jnp.ones_like(largest), jnp.clip(-jnp.frexp(largest)[1], -end, end))
+    tiny = float(jnp.finfo(largest.dtype).tiny)
+    power = 1 / jnp.clip(safe_divide(largest, jnp.frexp(largest)[0]), tiny, 1 / tiny)
     return v * power, power
 
 
