@@ -47,7 +47,8 @@ class RayCounts:
     by_level: tuple[int, ...]
     """The first entry counts the camera rays, the last the deepest rays that there are."""
     by_kind: dict[str, int]
-    """"camera", "mirror" (weighted by k_s), "transmitted" (k_t), "total" (total internal reflection)."""
+    """"camera", "mirror" (weighted by k_s), "transmitted" (k_t), "total" (total internal reflection), "past"
+    (what an object's outline leaves of a pixel, where rays have a footprint)."""
     background: int
     """Of these, the rays that met nothing."""
     shadow: int
@@ -116,7 +117,7 @@ def _counted(scene: Scene, camera: Camera, free: Collection[str], max_depth: int
             break
         plan = plan.with_capacity(2 * needed)
     level = np.where(_are_rays(camera, plan, trees), np.asarray(trees.nodes.origin.level), 0)
-    kind = np.asarray(trees.nodes.origin.lineage) % 4
+    kind = np.asarray(trees.nodes.origin.branch)
     kept = (level > 0) & (level <= depth)
     counts = RayCounts(
         by_level=tuple(map(int, np.bincount(level[kept], minlength=2)[1:])), by_kind=_by_kind(kind[kept]),

@@ -48,9 +48,8 @@ def rescaled(v: Vec3) -> tuple[Vec3, Float[Array, "*n"]]:
     writes: squares of very short or long vectors leave the range of float32.
     """
     largest = jax.lax.stop_gradient(jnp.maximum(jnp.maximum(abs(v.x), abs(v.y)), abs(v.z)))
-    most = 2.0 ** -jnp.finfo(largest.dtype).minexp
-    # A number over its mantissa is a power of two, without rounding.
-    power = jnp.clip(jnp.where(largest > 0, jnp.frexp(largest)[0] / jnp.where(largest > 0, largest, 1), 1), 1 / most, most)
+    tiny = float(jnp.finfo(largest.dtype).tiny)
+    power = 1 / jnp.clip(safe_divide(largest, jnp.frexp(largest)[0]), tiny, 1 / tiny)
     return v * power, power
 
 

@@ -33,10 +33,13 @@ class Uncertainty:
     rank: int
 
 
-def uncertainty(factor: np.ndarray, noise: float, values: np.ndarray, unknowns: tuple[Unknown, ...], precision: float) -> Uncertainty:
+def uncertainty(factor: np.ndarray, noise: float, values: np.ndarray, unknowns: tuple[Unknown, ...], precision: float,
+                resolution: float = 0.0) -> Uncertainty:
     """From R of the residuals' Jacobian (p, p), and the standard deviation `noise` of the residuals.
 
-    Without a noise (NaN) there are no standard errors, and the rank alone says what is determined. `precision` is the relative accuracy of R: directions that are shorter than that are not determined.
+    Without a noise (NaN) there are no standard errors, and the rank alone says what is determined. `precision` is
+    the relative accuracy of R: directions that are shorter than that are not determined. `resolution` is the
+    share of a coefficient below which no standard error goes.
     """
     count = len(unknowns)
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
@@ -52,8 +55,8 @@ def uncertainty(factor: np.ndarray, noise: float, values: np.ndarray, unknowns: 
     spread = np.sqrt(np.maximum(np.diagonal(covariance), 0))
     alone = np.array([not c for c in confounded])
     identifiable = seen & alone & ~(_scaled_error(spread, values, unknowns) >= WIDEST * _scaled_width(unknowns))
-    error = np.where(identifiable, spread, np.nan)
-    sizes = np.where(error > 0, error, np.inf)
+    error = np.where(identifiable, np.maximum(spread, resolution * abs(values)), np.nan)
+    sizes = np.where(identifiable & (spread > 0), spread, np.inf)
     correlation = np.clip(covariance / np.outer(sizes, sizes), -1, 1)
     np.fill_diagonal(correlation, 1)
     return Uncertainty(spread, error, _intervals(values, error, unknowns), seen, identifiable, confounded, correlation, int(determined.sum()))

@@ -10,6 +10,7 @@ from diffwhitted.image import gathered
 from diffwhitted.scene import Scene
 
 from ._identifiability import Uncertainty, uncertainty
+from ._misfit import at_rounding_level, is_structured
 from ._problem import Problem
 from ._rest import on_bound, unsettled
 from ._result import FitResult, FittedCoefficient, FitView
@@ -19,8 +20,11 @@ from ._unknowns import Unknown, insert
 
 SETTLED = 1e-4
 """Converged: the next Gauss-Newton step is below this share of the coefficient, or a 20th of its standard error."""
-AT_REST = 1e-6
-"""The solver stops early below this share, or a 200th of the standard error."""
+AT_REST = 8.0
+"""The solver stops early below so many units in the last place of the coefficient, or a 200th of the standard error."""
+RESOLVED = 4.0
+"""No standard error is below so many units in the last place of the coefficient."""
+MISFIT = "the residual is not noise: something that is fixed is wrong or the model lacks it; the intervals are too narrow"
 
 
 def outcome(scene: Scene, targets: tuple[Target, ...], problem: Problem, start: np.ndarray, best: Solution, unit: float,
@@ -30,14 +34,19 @@ def outcome(scene: Scene, targets: tuple[Target, ...], problem: Problem, start: 
     residuals = _residual_count(targets)
     given = targets[0].noise is not None
     noise = _noise(targets, best.loss, len(unknowns), unit, scene)
-    known = uncertainty(best.factor, noise, best.values, unknowns, _precision(scene))
+    eps = float(jnp.finfo(scene.dtype).eps)
+    known = uncertainty(best.factor, noise, best.values, unknowns, _precision(scene), RESOLVED * eps)
     at_bound = on_bound(best.values, unknowns)
+    views = tuple(_view(t, film, scene) for t, film in zip(targets, best.films, strict=True))
     moving = unsettled(best.values, best.factor, best.remainder, known, unknowns, _precision(scene), SETTLED, 0.05)
+    rounding = at_rounding_level(views, eps, _rest_share(scene))
+    misfit = not rounding and is_structured(views, tuple(t.noise for t in targets), len(unknowns))
+    if misfit:
+        notes = (MISFIT, *notes)
     if np.isnan(noise):
         notes = (f"there are no more residuals ({residuals}) than unknowns ({len(unknowns)}), so the noise cannot be estimated "
                  "and there are no standard errors; give the noise", *notes)
     status, message = _status(best, known, [u.name for u, moves in zip(unknowns, moving, strict=True) if moves], unknowns)
-    views = tuple(_view(t, film, scene) for t, film in zip(targets, best.films, strict=True))
     squares = sum(float(np.sum(v.residual.astype(np.float64)[v.weight > 0] ** 2)) for v in views)
     spread = np.sqrt(np.mean([np.mean(t.noise**2) for t in targets])) if given else noise * np.sqrt(residuals) * unit
     return FitResult(
@@ -47,7 +56,7 @@ def outcome(scene: Scene, targets: tuple[Target, ...], problem: Problem, start: 
         noise_given=given, steps=len(best.history), history=best.history, seconds_compile=0.0, seconds_solve=0.0,
         starts_tried=1, effects=effects, views=views,
         scene=insert(scene, unknowns, best.values.astype(scene.dtype)),
-        free=tuple(dict.fromkeys(u.coefficient for u in unknowns)),
+        free=tuple(dict.fromkeys(u.coefficient for u in unknowns)), misfit=misfit, at_rounding_level=rounding,
     )
 
 
@@ -56,7 +65,7 @@ def rest_test(scene: Scene, targets: tuple[Target, ...], unknowns: tuple[Unknown
 
     def at_rest(values, factor, remainder, loss) -> bool:
         known = uncertainty(factor, _noise(targets, loss, len(unknowns), unit, scene), values, unknowns, _precision(scene))
-        return not unsettled(values, factor, remainder, known, unknowns, _precision(scene), AT_REST, 0.005).any()
+        return not unsettled(values, factor, remainder, known, unknowns, _precision(scene), _rest_share(scene), 0.005).any()
 
     return at_rest
 
@@ -68,6 +77,11 @@ def _residual_count(targets: tuple[Target, ...]) -> int:
 def _precision(scene: Scene) -> float:
     """Relative accuracy to which the Jacobian is known."""
     return float(jnp.finfo(scene.dtype).eps) ** 0.7
+
+
+def _rest_share(scene: Scene) -> float:
+    """Share of a coefficient below which a step does not matter to the solver."""
+    return AT_REST * float(jnp.finfo(scene.dtype).eps)
 
 
 def _noise(targets: tuple[Target, ...], loss: float, unknowns: int, unit: float, scene: Scene) -> float:

@@ -16,7 +16,9 @@ from ._result import FitResult, FittedCoefficient, FitView
 from ._tables import (
     STATUS_WORDS,
     deviation_text,
+    further_remarks,
     interval_text,
+    noise_source,
     places,
     rounded,
     rounded_error,
@@ -49,6 +51,8 @@ def report_html(result: FitResult, *, title: str, truth: Mapping[str, float] | N
         result=result,
         status_words=STATUS_WORDS[result.status],
         sentence=status_sentence(result),
+        remarks=further_remarks(result),
+        noise_source=noise_source(result),
         views=[_view(view) for view in result.views],
         rows=_rows(result, truth),
         has_truth=any(coefficient.name in truth for coefficient in result.coefficients),

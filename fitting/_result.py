@@ -149,7 +149,10 @@ class FitResult:
     - `coefficients`: one `FittedCoefficient` per fitted number, p in all.
     - `correlation`: `(p, p)`, in the order of `coefficients`; NaN where it is not defined.
     - `rank`: of the Jacobian at the solution, p if everything is determined.
-    - `rmse`, `noise`: linear RGB; `noise_given` is False when the noise was estimated from the residual.
+    - `rmse`, `noise`: linear RGB; `noise_given` is False when the noise was estimated from the residual; NaN
+      where it could not be.
+    - `misfit`: the residual is not noise (neighbouring pixels agree, or it is well above the given noise), so the
+      intervals are too narrow; `at_rounding_level`: it is no more than arithmetic and solver leave over.
     - `steps`, `history`: how many steps the solver took, and one `FitStep` for each.
     - `seconds_compile`, `seconds_solve`: wall-clock seconds.
     - `starts_tried`: how many starting points were solved from; the best is reported.
@@ -176,6 +179,8 @@ class FitResult:
     views: tuple[FitView, ...]
     scene: Any = field(repr=False)
     free: tuple[str, ...]
+    misfit: bool = False
+    at_rounding_level: bool = False
 
     def __post_init__(self) -> None:
         if self.status not in get_args(Status):
@@ -214,6 +219,8 @@ class FitResult:
             "rmse": _finite(self.rmse),
             "noise": _finite(self.noise),
             "noise_given": bool(self.noise_given),
+            "misfit": bool(self.misfit),
+            "at_rounding_level": bool(self.at_rounding_level),
             "steps": int(self.steps),
             "starts_tried": int(self.starts_tried),
             "seconds": {"compile": _finite(self.seconds_compile), "solve": _finite(self.seconds_solve)},

@@ -6,10 +6,11 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from ._layout import column_widths, folded
 from ._result import FittedCoefficient, FitResult
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from rich.console import Group
 
 _MOST_DECIMALS = 7
 STATUS_WORDS = {
@@ -44,6 +45,21 @@ def status_sentence(result: FitResult) -> str:
     if bounded:
         sentence += f" {bounded} of them {'lies' if bounded == 1 else 'lie'} at a bound: see the remarks."
     return sentence
+
+
+def further_remarks(result: FitResult) -> str:
+    """The message without what the status has said already, that the fit converged."""
+    first, _, rest = result.message.partition("; ")
+    return rest if result.status == "converged" and first.startswith("converged") else result.message
+
+
+def noise_source(result: FitResult) -> str:
+    """Where the noise comes from."""
+    if result.noise_given:
+        return "given"
+    if not math.isfinite(result.noise):
+        return "cannot be estimated"
+    return "at rounding level" if result.at_rounding_level else "estimated from the residual"
 
 
 def rounded(value: float, standard_error: float | None) -> str:
@@ -87,10 +103,14 @@ def value_text(coefficient: FittedCoefficient) -> str:
 
 
 def interval_text(coefficient: FittedCoefficient) -> str:
-    """`0.1195 to 0.1211`, rounded like the value; empty where there is no interval."""
+    """`0.1195 to 0.1211`, rounded like the value, or half its width where both ends read alike; empty where there is none."""
     if coefficient.interval_95 is None:
         return ""
-    return " to ".join(rounded(end, coefficient.standard_error) for end in coefficient.interval_95)
+    low, high = (rounded(end, coefficient.standard_error) for end in coefficient.interval_95)
+    if low != high:
+        return f"{low} to {high}"
+    half = (coefficient.interval_95[1] - coefficient.interval_95[0]) / 2
+    return f"± {rounded_error(half)}"
 
 
 def deviation_text(coefficient: FittedCoefficient, truth: float) -> str:
@@ -139,44 +159,59 @@ def places(coefficient: FittedCoefficient, truth: float | None) -> dict[str, Any
     }
 
 
-def coefficient_table(result: FitResult, truth: Mapping[str, float] | None = None) -> Table:
-    """The coefficients as a `rich` table that reads at 80 columns and without colour.
+def coefficient_table(result: FitResult, truth: Mapping[str, float] | None = None, width: int = 80) -> Group:
+    """The coefficients as a `rich` table for a terminal `width` columns wide, without colour, and the notes below it.
 
     `truth` maps names to true values; where given, they replace the column of starting values.
     A value in brackets is one that the pictures do not determine; the numbered notes below say why.
+    Where it does not fit, long names fold at the dot, then the starts or the intervals are left out.
     """
     from rich import box
+    from rich.console import Group
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), caption_justify="left")
-    table.add_column("coefficient", overflow="fold")
-    if truth is None:
-        table.add_column("start", justify="right", no_wrap=True)
-    table.add_column("value", justify="right")
-    table.add_column("95 % interval", min_width=10)
-    if truth is not None:
-        table.add_column("truth", justify="right", no_wrap=True)
-        table.add_column("off by", justify="right", no_wrap=True)
+    columns, notes = _columns(result, truth)
+    columns, widths = _laid_out(columns, width)
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
+    for (header, _), column_width in zip(columns.items(), widths or [None] * len(columns), strict=True):
+        left = header in ("coefficient", "95 % interval")
+        table.add_column(header, justify="left" if left else "right", width=column_width, overflow="fold")
+    for cells in zip(*columns.values(), strict=True):
+        table.add_row(*map(Text, cells))
+    return Group(table, Text("\n".join(notes))) if notes else Group(table)
+
+
+def _columns(result: FitResult, truth: Mapping[str, float] | None) -> tuple[dict[str, list[str]], list[str]]:
+    """The cells of each column by its header, and the notes."""
+    columns = {"coefficient": [], "start": [], "value": [], "95 % interval": [], "truth": [], "off by": []}
     notes = []
     for coefficient in result.coefficients:
-        value = value_text(coefficient)
-        if not coefficient.identifiable:
-            value = f"({value})"
-        interval = interval_text(coefficient)
+        value, interval = value_text(coefficient), interval_text(coefficient)
         if coefficient.remark:
             notes.append(f"[{len(notes) + 1}] {coefficient.name}: {coefficient.remark}")
-            interval = f"{interval} [{len(notes)}]" if interval else f"none [{len(notes)}]"
-        cells = [Text(coefficient.name), Text(value), Text(interval)]
-        if truth is None:
-            cells.insert(1, Text(f"{coefficient.start:.4g}"))
-        elif coefficient.name in truth:
-            true_value = truth[coefficient.name]
-            cells += [Text(f"{true_value:.4g}"), Text(deviation_text(coefficient, true_value))]
-        table.add_row(*cells)
-    if notes:
-        table.caption = Text("\n".join(notes), style="not italic not dim")
-    return table
+            interval = f"{interval or 'none'} [{len(notes)}]"
+        true_value = (truth or {}).get(coefficient.name)
+        cells = (coefficient.name, f"{coefficient.start:.4g}", value if coefficient.identifiable else f"({value})", interval,
+                 "" if true_value is None else f"{true_value:.4g}",
+                 "" if true_value is None else deviation_text(coefficient, true_value))
+        for column, cell in zip(columns.values(), cells, strict=True):
+            column.append(cell)
+    left_out = ("truth", "off by") if truth is None else ("start",)
+    return {header: cells for header, cells in columns.items() if header not in left_out}, notes
+
+
+def _laid_out(columns: dict[str, list[str]], width: int) -> tuple[dict[str, list[str]], list[int] | None]:
+    """The columns as they fit, and their widths; None where even the fewest do not, so that names break."""
+    short_names = {**columns, "coefficient": folded(columns["coefficient"])}
+    for attempt in (columns, short_names):
+        cells = [[header, *column] for header, column in attempt.items()]
+        if widths := column_widths(cells, width):
+            return attempt, widths
+    dropped = next((header for header in ("start", "95 % interval") if header in columns), None)
+    if dropped is None:
+        return short_names, None
+    return _laid_out({header: column for header, column in columns.items() if header != dropped}, width)
 
 
 def short(number: float) -> str:
@@ -197,10 +232,9 @@ def seconds_text(seconds: float) -> str:
 def summary_lines(result: FitResult) -> list[str]:
     """What to print around the table: the status in words, the message, the error, the effort."""
     lines = [f"{STATUS_WORDS[result.status]}. {status_sentence(result)}"]
-    if result.message:
-        lines.append(result.message)
-    source = "given" if result.noise_given else "estimated from the residual"
-    lines.append(f"RMSE {short(result.rmse)} linear RGB; noise {short(result.noise)} ({source}).")
+    if remarks := further_remarks(result):
+        lines.append(remarks)
+    lines.append(f"RMSE {short(result.rmse)} linear RGB; noise {short(result.noise)} ({noise_source(result)}).")
     count = len(result.coefficients)
     starts = f" from the best of {result.starts_tried} starts" if result.starts_tried > 1 else ""
     steps = f"{result.steps} step{'' if result.steps == 1 else 's'}"

@@ -172,6 +172,30 @@ def test_a_fit_that_converges(place, capsys):
     np.testing.assert_allclose(rendered("out/of/it/fitted.toml"), rendered("scene.toml"), atol=1e-5)
 
 
+def test_clipped_pixels_are_masked_and_said(place, capsys):
+    """At four times the light a part of the ball is white in the file; the highlight lies there."""
+    bright = SCENE.replace("k_d = 0.5", "k_d = 1.6")
+    (place / "bright.toml").write_text(bright)
+    pixels = rendered("bright.toml")
+    assert 0.01 < (clipped := (pixels >= 1).any(axis=2)).mean() < 0.5
+    write_image("bright.png", pixels)
+    command = ["fit", "bright.toml", "--target", "bright.png", "--free", "paint.k_d", "--start", "paint.k_d=0.5", "--bounds", "paint.k_d=0:3"]
+    assert main([*command, "--out", "masked"]) == 0
+    said = capsys.readouterr()
+    assert f"note: bright.png: {clipped.sum()} of 192 pixels are clipped" in said.err and "--keep-clipped" in said.err
+    main([*command, "--out", "kept", "--keep-clipped"])
+    assert "clipped" not in capsys.readouterr().err
+    masked, kept = (json.loads((place / out / "result.json").read_text())["coefficients"]["paint.k_d"]["value"] for out in ("masked", "kept"))
+    assert masked == pytest.approx(1.6, rel=1e-3)
+    assert kept < 1.55
+
+
+@pytest.mark.parametrize("noise", ["-1", "0", "nan", "inf"])
+def test_a_noise_that_is_none_is_refused_in_the_user_s_words(place, capsys, noise):
+    assert main(["fit", "start.toml", "--target", "target.exr", "--free", "paint.k_d", "--out", "out", "--noise", noise]) == 2
+    assert f"--noise {noise}: allowed is a number > 0" in capsys.readouterr().err
+
+
 def test_a_fit_that_cannot_know(place, capsys):
     arguments = ["fit", "start.toml", "--target", "target.exr", "--free", "hidden.k_d", "paint.k_d", "--out", "out", "--json"]
     assert main([*arguments, "--start", "paint.k_d=0.9", "--bounds", "*.k_d=0:2", "--noise", "0.01", "--quiet"]) == 1

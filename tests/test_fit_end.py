@@ -68,3 +68,65 @@ def test_a_single_coefficient_held_at_its_bound_converges(truth, bounds, seed):
     assert result["m.k_d"].at_bound or abs(result["m.k_d"].value - truth) < 3 * result["m.k_d"].standard_error
     if bounds:
         assert result["m.k_d"].at_bound
+
+
+def smooth_noise(shape, size: float, seed: int) -> np.ndarray:
+    """White noise averaged over 2 x 2 pixels: neighbours have a correlation of one half."""
+    white = np.random.default_rng(seed).normal(size=shape)
+    mean = (white + np.roll(white, 1, 0) + np.roll(white, 1, 1) + np.roll(white, (1, 1), (0, 1))) / 2
+    return size * mean
+
+
+@pytest.mark.parametrize("noise", [None, 0.02])
+@pytest.mark.parametrize("seed", range(5))
+def test_white_noise_is_no_misfit(seed, noise):
+    target = fitting.Target(picture(ball(k_d=0.7), 0.02, seed), noise=noise)
+    result = fitting.fit(ball(k_d=0.3), target, ["m.k_d", "m.k_a"])
+    assert not result.misfit
+    assert "not noise" not in result.message
+
+
+@pytest.mark.parametrize("heavy", ["outliers", "per pixel"])
+def test_noise_of_other_kinds_is_no_misfit(heavy):
+    """One pixel in a hundred ten times as far off; and one noise common to the three channels."""
+    random, clean = np.random.default_rng(3), picture(ball(k_d=0.7))
+    noise = random.normal(size=(48, 64, 1)) * np.ones(3) if heavy == "per pixel" else random.standard_t(2, clean.shape)
+    assert not fitting.fit(ball(k_d=0.3), clean + 0.01 * noise, ["m.k_d", "m.k_a"]).misfit
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_what_is_fixed_and_wrong_is_a_misfit(noise):
+    """The target has a highlight, the scene has none."""
+    result = fitting.fit(ball(k_d=0.3), picture(ball(k_d=0.7, k_h=0.2, phong_exponent=10.0), noise), ["m.k_d", "m.k_a"])
+    assert result.misfit
+    assert "the residual is not noise" in result.message
+    assert result.to_json()["misfit"] is True
+
+
+def test_noise_with_a_grain_is_a_misfit():
+    clean = picture(ball(k_d=0.7))
+    assert fitting.fit(ball(k_d=0.3), clean + smooth_noise(clean.shape, 0.01, 0), ["m.k_d", "m.k_a"]).misfit
+
+
+def test_a_residual_above_the_given_noise_is_a_misfit_and_one_below_is_not():
+    noisy, wrong = picture(ball(k_d=0.7), 0.02), picture(ball(k_d=0.7, k_h=0.02, phong_exponent=10.0))
+    assert fitting.fit(ball(k_d=0.3), fitting.Target(noisy, noise=0.005), ["m.k_d"]).misfit
+    assert not fitting.fit(ball(k_d=0.3), fitting.Target(wrong, noise=0.1), ["m.k_d"]).misfit
+    assert fitting.fit(ball(k_d=0.3), wrong, ["m.k_d"]).misfit
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_rounding_is_neither_noise_nor_misfit_and_bounds_the_standard_error(precision):
+    def exact(k_d):
+        like = ball()
+        return Scene(objects=like.objects, materials={"m": Material(k_a=0.3, k_d=k_d, k_h=0.0)}, lights=like.lights,
+                     cameras=like.cameras, precision=precision)
+
+    result = fitting.fit(exact(0.3), picture(exact(0.7)), ["m.k_d", "m.k_a"])
+    assert not result.misfit
+    assert result.at_rounding_level
+    for coefficient in result.coefficients:
+        assert coefficient.standard_error >= 4 * np.finfo(precision).eps * coefficient.value
+        low, high = coefficient.interval_95
+        assert high - low >= 14 * np.finfo(precision).eps * coefficient.value
+    assert result["m.k_d"].interval_95[0] < 0.7 < result["m.k_d"].interval_95[1]

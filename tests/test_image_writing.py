@@ -98,7 +98,8 @@ def test_files_say_what_they_are(tmp_path):
         assert space == {"a.tif": ""}.get(name, "lin_rec709_scene" if name in LINEAR else "srgb_rec709_scene")
         if name != "a.hdr":
             assert spec.get_string_attribute("Software") == "ray 1.0"
-            assert json.loads(spec.get_string_attribute("ImageDescription")) == {"scene": "two spheres"}
+            stated = {"oiio:ColorSpace": "lin_rec709_scene"} if name == "a.tif" else {}
+            assert json.loads(spec.get_string_attribute("ImageDescription")) == {"scene": "two spheres"} | stated
         if name == "a.exr":
             assert spec.getattribute("chromaticities") == pytest.approx(
                 (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329), abs=1e-6

@@ -253,6 +253,54 @@ def test_terminal_table_reads_at_80_columns(result, truth):
     assert ("+0.63 %" in text) == (truth is not None)
 
 
+LONG = "a_rather_long_material_name_of_the_left_hand_ball"
+
+
+@pytest.mark.parametrize("truth", [None, {f"{LONG}.phong_exponent": 123.4, "b.k_d": 0.5}])
+@pytest.mark.parametrize("width", [80, 72, 60])
+def test_no_name_or_number_breaks_in_a_narrow_terminal(result, truth, width):
+    coefficients = (coefficient(f"{LONG}.phong_exponent", 123.45678, 3e-5), coefficient(f"{LONG}.k_d.r", 0.25, 2e-7, at_bound=True),
+                    coefficient("b.k_d", 0.5000001, 6e-9))
+    result = dataclasses.replace(result, coefficients=coefficients, correlation=np.eye(3))
+    console = Console(width=width, no_color=True, record=True, file=open(os.devnull, "w"))
+    with console.file:
+        console.print(coefficient_table(result, truth, width))
+    text = console.export_text()
+    assert max(map(len, text.splitlines())) <= width and "…" not in text
+    words = text.split()
+    assert {"b.k_d", "123.456780", "0.2500000", "0.000030"} <= set(words)
+    assert LONG in text and ".phong_exponent" in text and ".k_d.r" in text
+    assert truth is None or "123.4" in words
+
+
+def test_a_table_with_room_keeps_every_name_on_its_line(result):
+    console = Console(width=120, no_color=True, record=True, file=open(os.devnull, "w"))
+    with console.file:
+        console.print(coefficient_table(result, None, 120))
+    text = console.export_text()
+    assert "start" in text and "glass.phong_exponent " in text
+
+
+def test_an_interval_below_the_last_digit_reads_as_its_half_width():
+    assert interval_text(coefficient("a.k_d", 0.01, 5e-9)) == "± 1e-08"
+
+
+def test_converged_is_said_once(result):
+    done = dataclasses.replace(result, status="converged", message="converged in 3 steps; spare.k_d left as it is: no object", steps=3)
+    text = " ".join(summary_lines(done))
+    assert text.lower().count("converged") == 1 and "spare.k_d left as it is" in text
+    assert Page(report_html(done, title="t")).words.lower().count("converged") == 1
+
+
+def test_a_misfit_and_the_rounding_level_are_said(result):
+    bad = dataclasses.replace(result, status="converged", message="converged in 3 steps; the residual is not noise: etc", misfit=True)
+    assert "the residual is not noise" in " ".join(summary_lines(bad))
+    assert "the residual is not noise" in Page(report_html(bad, title="t")).words
+    exact = dataclasses.replace(result, noise=1e-8, at_rounding_level=True)
+    for words in (" ".join(summary_lines(exact)), Page(report_html(exact, title="t")).words):
+        assert "at rounding level" in words and "estimated from the residual" not in words
+
+
 def test_summary(result):
     text = " ".join(summary_lines(result))
     for words in ("Not fully determined", "2 of the 5", "rank 3", "3 steps", "0.50 s", "2.00 s", "estimated"):

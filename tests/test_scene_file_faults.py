@@ -122,8 +122,8 @@ FAULTS = {
     "unreadable integer": ("radius = 1", "radius = 1" + 6000 * "0", "broken TOML", "thousands of digits", "allowed is"),
     "deep brackets": ("radius = 1", "radius = " + 99999 * "[", "brackets", "too deeply", "allowed is"),
     "broken value": ("radius = 1", "radius = = 1", "line 52, column 10", '"radius = = 1"', "broken TOML"),
-    "open bracket": ("[[texture]]", "[[texture", "line 28, column 10", '"[[texture"', "broken TOML"),
-    "key twice": ("radius = 1", "radius = 1\nradius = 2", "line 52", '"radius = 2"', "overwrite"),
+    "open bracket": ("[[texture]]", "[[texture", "line 29, column 10", '"[[texture"', "broken TOML"),
+    "key twice": ("radius = 1", "radius = 1\nradius = 2", "line 53", '"radius = 2"', "overwrite"),
     "open text": ('"glass"\n\n[[object]]\nname = "floor"', '"""glass', "broken TOML", "Unterminated", "not closed"),
 }
 

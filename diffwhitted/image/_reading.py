@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import OpenImageIO as oiio
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from ._colour import PRIMARIES, SRGB, curve_of, decode_srgb, pick_channels
 from ._display import decode_from_display
@@ -32,6 +32,7 @@ class ImageFile:
     alpha: (height, width) float32, or None where the file has none. path: where it was read.
     colour_space: of the numbers in the file, "linear Rec.709" or "sRGB".
     notes: what a user should know of how the file was read, a sentence each; mostly empty.
+    clipped: (height, width), where a channel of 8 or 16 bit colour has its largest code; None for floats.
     """
 
     pixels: Float[np.ndarray, "height width 3"]
@@ -39,6 +40,7 @@ class ImageFile:
     path: Path
     colour_space: str
     notes: tuple[str, ...] = ()
+    clipped: Bool[np.ndarray, "height width"] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +71,7 @@ def read_image(path: str | os.PathLike, *, layer: str | None = None) -> ImageFil
     stored = _load(path, layer)
     colour, alpha = stored.colour, stored.alpha
     floating = colour.dtype == np.float32
+    clipped = None if floating else (colour == np.iinfo(colour.dtype).max).any(axis=2)
     try:
         curve = curve_of(stored.colour_tag, floating=floating)
     except ValueError as error:
@@ -84,7 +87,7 @@ def read_image(path: str | os.PathLike, *, layer: str | None = None) -> ImageFil
             colour = decode_srgb(colour) if floating else decode_from_display(colour)
         pixels = _unit(colour) / np.float32(stored.exposure)
     pixels = np.ascontiguousarray(np.broadcast_to(pixels, (*pixels.shape[:2], 3)))
-    return ImageFile(pixels, alpha, path, curve, stored.notes)
+    return ImageFile(pixels, alpha, path, curve, stored.notes, clipped)
 
 
 def read_mask(path: str | os.PathLike) -> Float[np.ndarray, "height width"]:

@@ -65,7 +65,8 @@ def write_image(
     mantissas); .png holds 16 bit and .jpg .jpeg 8 bit codes of the display transform.
 
     pixels: (height, width, 3) floats; NaN and infinity only in .exr and .tif.
-    metadata: a JSON object in ImageDescription; its "Software" becomes the Software. A .hdr keeps none.
+    metadata: a JSON object in ImageDescription; its "Software" becomes the Software. A .hdr keeps none. A
+    .tif has "oiio:ColorSpace" there too.
     exposure: stops, for .png and .jpg. half: 16 bit floats, for .exr.
     alpha: (height, width) in [0, 1], for .exr, .tif and .png. An .exr stores pixels premultiplied,
     so colour under alpha 0 is lost there; the others store it straight.
@@ -158,6 +159,10 @@ def _described(path: Path, stored: np.ndarray, form: ImageFormat, half: bool, me
     spec = oiio.ImageSpec(stored.shape[1], stored.shape[0], stored.shape[2], number)
     about = dict(metadata)
     software = str(about.pop("Software", "diffwhitted"))
+    space = "srgb_rec709_scene" if form.bits else "lin_rec709_scene"
+    if form is _TIFF:
+        # OpenImageIO has no tag for the colour space of a TIFF of floats.
+        about["oiio:ColorSpace"] = space
     description = json.dumps(about, default=str) if about else ""
     # libjpeg ends the whole program on a longer one.
     if form is _JPEG and len((software + description).encode()) > 60_000:
@@ -165,7 +170,7 @@ def _described(path: Path, stored: np.ndarray, form: ImageFormat, half: bool, me
     spec.attribute("Software", software)
     if description:
         spec.attribute("ImageDescription", description)
-    spec.attribute("oiio:ColorSpace", "srgb_rec709_scene" if form.bits else "lin_rec709_scene")
+    spec.attribute("oiio:ColorSpace", space)
     spec.attribute("oiio:UnassociatedAlpha", int(form is not _EXR))
     if form is _EXR:
         spec.attribute("chromaticities", oiio.TypeDesc("float[8]"), PRIMARIES)

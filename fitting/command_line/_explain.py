@@ -104,7 +104,8 @@ def _ray_table(rays: RayCounts) -> Table:
     return table
 
 
-_KINDS = {"camera": "camera", "mirror": "mirror (k_s)", "transmitted": "transmitted (k_t)", "total": "total reflection"}
+_KINDS = {"camera": "camera", "mirror": "mirror (k_s)", "transmitted": "transmitted (k_t)", "total": "total reflection",
+          "past": "past an outline"}
 
 
 def _table(*headers: str, footers: Sequence[str] = ()) -> Table:

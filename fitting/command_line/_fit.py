@@ -34,6 +34,8 @@ CameraName = Annotated[str | None, typer.Option(
 Masks = Annotated[list[str] | None, typer.Option(
     "--mask", metavar="[CAMERA=]FILE", show_default=False,
     help="Grey image of the target's size: 1 (white) where a pixel counts, 0 where it does not. Default: the target's alpha.")]
+KeepClipped = Annotated[bool, typer.Option(
+    "--keep-clipped", help="Use pixels at the largest code of an 8 or 16 bit target too; they are masked where there are many.")]
 Noise = Annotated[float | None, typer.Option(
     "--noise", metavar="SIGMA", show_default=False,
     help="Standard deviation of the target's pixels, in linear RGB. Default: estimated from what the fit leaves over.")]
@@ -55,7 +57,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print result.json in place o
 
 def fit(
     scene: ScenePath, target: Targets, free: Free, out: Out, camera: CameraName = None, mask: Masks = None,
-    noise: Noise = None, start: Start = None, bounds: BoundsGiven = None, starts: Starts = 1, samples: Samples = 1,
+    keep_clipped: KeepClipped = False, noise: Noise = None, start: Start = None, bounds: BoundsGiven = None, starts: Starts = 1, samples: Samples = 1,
     depth: Depth = None, max_steps: MaxSteps = 100, precision: PrecisionName = Precision.float32, truth: Truth = None,
     quiet: Quiet = False, json: Json = False,
 ) -> int:
@@ -80,7 +82,7 @@ def fit(
         from ._targets import read_targets
 
         loaded = load_scene(scene, precision=precision.value)
-        targets = read_targets(loaded, target, mask or [], camera, noise, note=progress.note)
+        targets = read_targets(loaded, target, mask or [], camera, noise, note=progress.note, keep_clipped=keep_clipped)
         given_start, given_bounds, true = checked_values(loaded, free, start or [], bounds or [], truth)
         check_folder(out)
         progress.say("compiling; less to do next time")
@@ -130,7 +132,7 @@ def print_result(result: FitResult, truth: Mapping[str, float] | None, written: 
 
     console = Console(highlight=False, soft_wrap=False)
     console.print()
-    console.print(coefficient_table(result, truth))
+    console.print(coefficient_table(result, truth, console.width))
     console.print()
     for line in summary_lines(result):
         console.print(line, markup=False)
