@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 
 import diffwhitted
-from diffwhitted._render import render_pass
+from diffwhitted._render import trace_pass
 from diffwhitted.tree import likely_room, make_plan
 
 from ._figures import Figure
@@ -46,7 +46,7 @@ def _measured_here(depth: str) -> dict:
     room = likely_room(camera)
     plan = make_plan(scene, camera, max_depth=int(depth), capacity=room)
     times = [time.perf_counter()]
-    lowered = render_pass.lower(scene, camera, plan, jnp.int32(0), 1)
+    lowered = trace_pass.lower(scene, camera, plan, jnp.int32(0), 1)
     times.append(time.perf_counter())
     lowered.compile()
     times.append(time.perf_counter())

@@ -154,8 +154,9 @@ def _without(scene: Scene, plan: Plan, effect: str) -> tuple[Scene, Plan]:
     if not on["background_gradient"] and isinstance(scene.background, GradientBackground):
         scene = eqx.tree_at(lambda s: s.background, scene, ConstantBackground(scene.background.top))
     mirrors = tuple(m and on["reflection"] for m in plan.mirrors)
-    effects = replace(plan.effects, **on)
-    return scene, replace(plan, effects=effects, mirrors=mirrors, capacity=plan.capacity if branching else 0)
+    effects, footprint = replace(plan.effects, **on), plan.footprint if on["footprint"] else 0
+    capacity = plan.capacity if branching or footprint else 0
+    return scene, replace(plan, effects=effects, mirrors=mirrors, footprint=footprint, capacity=capacity)
 
 
 def _measured(scene: Scene, camera: Camera, plan: Plan, decisions: Sequence[Decision],

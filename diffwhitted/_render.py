@@ -12,7 +12,7 @@ from ._errors import CapacityError, SceneError
 from ._workers import side_by_side
 from .image import gathered
 from .scene import Camera, Scene, depth_number, is_traced, split_name, tabulate, whole_number
-from .tree import Plan, Record, likely_room, make_plan, record, replay
+from .tree import Plan, Record, likely_room, make_plan, record, replay, trace
 
 
 def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: int = 1,
@@ -49,13 +49,13 @@ def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: i
         image, needed = render_passes(scene, camera, plan, samples)
         return eqx.error_if(image, needed > plan.capacity, _too_small(plan))
     while True:
-        passes = side_by_side(lambda number: render_pass(scene, camera, plan, number, samples), list(_pass_numbers(plan)))
-        image, needed = _assembled(passes, camera)
-        if int(needed) <= plan.capacity:
+        image, descendants = traced_passes(scene, camera, plan, samples)
+        needed = int(descendants.max())
+        if needed <= plan.capacity:
             return image
         if given:
             raise CapacityError(_too_small(plan))
-        plan = plan.with_capacity(2 * int(needed))
+        plan = plan.with_capacity(2 * needed)
 
 
 def plan(scene: Scene, camera: Camera, *, free: tuple[str, ...] = (), max_depth: int | None = None,
@@ -96,31 +96,46 @@ def _check(plan: Plan, scene: Scene, camera: Camera, traced: bool):
 
 
 @eqx.filter_jit
-def render_pass(scene: Scene, camera: Camera, plan: Plan, number: Int[Array, ""], samples: int = 1):
-    """One pass of the picture, (3, plan.pass_pixels), and how many rays other than camera rays it needs."""
+def trace_pass(scene: Scene, camera: Camera, plan: Plan, number: Int[Array, ""], samples: int = 1):
+    """One pass of the picture, (3, plan.pass_pixels), and for each sample how many rays other than camera rays it takes."""
     tables = tabulate(scene)
-    offsets = sample_places(plan.footprint or samples, scene.dtype)
 
     def one_sample(offset):
-        tree = record(tables, camera, plan, number, offset)
-        return replay(tables, camera, tree, plan, number, offset).stacked(axis=0), tree.descendants
+        film, descendants = trace(tables, camera, plan, number, offset)
+        return film.stacked(axis=0), descendants
 
-    film, needed = jax.lax.map(one_sample, offsets)
-    return film.mean(axis=0), needed.max()
+    film, needed = jax.lax.map(one_sample, sample_places(plan.footprint or samples, scene.dtype))
+    return film.mean(axis=0), needed
 
 
 @eqx.filter_jit
 def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
-    """The image (height, width, 3), and the most rays other than camera rays that one pass needs."""
-    film, needed = jax.lax.map(lambda number: render_pass(scene, camera, plan, number, samples), _pass_numbers(plan))
+    """The image (height, width, 3), differentiable, and the most rays other than camera rays that one pass needs."""
+    tables = tabulate(scene)
+
+    def one_sample(number, offset):
+        tree = record(tables, camera, plan, number, offset)
+        return replay(tables, camera, tree, plan, number, offset).stacked(axis=0), tree.descendants
+
+    def one_pass(number):
+        places = sample_places(plan.footprint or samples, scene.dtype)
+        film, needed = jax.lax.map(lambda offset: one_sample(number, offset), places)
+        return film.mean(axis=0), needed.max()
+
+    film, needed = jax.lax.map(one_pass, _pass_numbers(plan))
     return gathered(film, camera.height, camera.width), needed.max()
+
+
+def traced_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
+    """The image, side by side on all processors, and the rays other than camera rays of each pass and sample."""
+    passes = side_by_side(lambda number: trace_pass(scene, camera, plan, number, samples), list(_pass_numbers(plan)))
+    return _assembled(passes, camera)
 
 
 @eqx.filter_jit
 def _assembled(passes, camera: Camera):
-    """What `render_passes` gives, from the results of `render_pass`."""
     film, needed = (jnp.stack(part) for part in zip(*passes, strict=True))
-    return gathered(film, camera.height, camera.width), needed.max()
+    return gathered(film, camera.height, camera.width), needed
 
 
 @eqx.filter_jit

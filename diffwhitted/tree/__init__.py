@@ -4,9 +4,9 @@ from ._arrival import BRANCH_NAMES
 from ._effects import EFFECT_NAMES, Decision, Effects, decide_effects
 from ._plan import Plan, likely_room, make_plan
 from ._record import Nodes, Record, record
-from ._replay import replay
+from ._replay import replay, trace
 
 __all__ = [
     "BRANCH_NAMES", "EFFECT_NAMES", "Decision", "Effects", "Nodes", "Plan", "Record",
-    "decide_effects", "likely_room", "make_plan", "record", "replay",
+    "decide_effects", "likely_room", "make_plan", "record", "replay", "trace",
 ]

@@ -18,8 +18,9 @@ MOST_PIXELS_A_PASS = 160 * 1024
 FEWEST_PIXELS_A_PASS = 2**14
 """A picture smaller than two of these is one pass; a larger one has a pass for each processor, or more."""
 WORST_CASE_LIMIT = 2**24
-LIKELY_DESCENDANTS = 1.5
-"""Rays other than camera rays that a pixel is first given room for; more room costs memory, hardly time."""
+LIKELY_DESCENDANTS = 2.0
+"""Rays other than camera rays that a pixel is first given room for; more room costs memory and a little time,
+less means that the program of a scene with much glass is compiled twice."""
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,15 @@ front, its surfaces are searched for, and the children that carry light are appe
 together. The cost follows the rays that exist.
 """
 
+from collections.abc import Callable
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from .._stage import empty_buffers, packed, running_count, stage, write_block
+from .._vector import Vec3, where
 from ..geometry import NOTHING, Departure, Footprint, Ray, containing, hidden_parts, near_outlines, nearest, nearest_part, surface_at
 from ..illumination import before, sees_light, surfaces_crossed
 from ..scene import Camera, Tables
@@ -59,37 +62,49 @@ class Record(eqx.Module):
 
 
 def record(tables: Tables, camera: Camera, plan: Plan, number: Int[Array, ""], offset: Float[Array, "2"]) -> Record:
-    """The tree of pass `number`, through `offset` inside each pixel.
+    """The tree of pass `number`, through `offset` inside each pixel."""
+    return follow(*jax.lax.stop_gradient((tables, camera)), plan, number, jax.lax.stop_gradient(offset))[0]
+
+
+def follow(tables: Tables, camera: Camera, plan: Plan, number: Int[Array, ""], offset: Float[Array, "2"],
+           light_of: Callable | None = None) -> tuple[Record, Vec3 | None]:
+    """The tree of a pass and, where `light_of(nodes, arrivals, needed)` is given, its light on the film.
 
     Blocks are taken from the front of the queue until it is empty or the room is used up.
     """
-    tables, camera, offset = jax.lax.stop_gradient((tables, camera, offset))
     room = plan.pass_pixels + plan.capacity
+    one = jnp.ones(plan.block, tables.ambient.dtype)
+    white = Vec3(one, one, one)
 
     def waiting(state):
         start, (_, count) = state[0], state[2]
         return start < jnp.minimum(count, room)
 
     def follow_block(state):
-        start, block, (lineage, count), (nodes, arrivals), starts, ends = state
+        start, block, (lineage, count), (nodes, arrivals, throughputs), (starts, ends), film = state
         end = jnp.minimum(jnp.minimum(start + plan.block, count), room)
         slot = start + jnp.arange(plan.block, dtype=jnp.int32)
         origin = _origin(plan, nodes.origin, slot, lineage)
         alive = (slot < end) & plan.in_picture(number, origin.pixel)
-        parents = parents_of(origin, arrivals) if plan.branching else None
-        ray, footprint, _ = departing(tables, camera, plan, number, offset, parents, origin, alive)
+        parents, throughput = parents_of(origin, (arrivals, throughputs)) if plan.branching else (None, white)
+        ray, footprint, factor = departing(tables, camera, plan, number, offset, parents, origin, alive)
         sides = sides_of(plan, parents, origin)
         followed, at, sends = _follow(tables, plan, ray, footprint, sides, origin, alive[0])
         queue = _append(lineage, count, slot, sends, alive) if plan.branching else (lineage, count)
-        buffers = write_block((nodes, arrivals), (followed, at), start)
-        return end, block + 1, queue, buffers, starts.at[block].set(start), ends.at[block].set(end)
+        if light_of is not None:
+            throughput = where(origin.lineage == 0, white, throughput) * factor
+            light = throughput * light_of(followed, at, alive[0])
+            film = jax.tree.map(lambda f, a: f.at[origin.pixel].add(jnp.where(alive, a, 0)), film, light)
+        buffers = write_block((nodes, arrivals, throughputs), (followed, at, throughput if light_of else None), start)
+        return end, block + 1, queue, buffers, (starts.at[block].set(start), ends.at[block].set(end)), film
 
-    shapes = jax.eval_shape(lambda: _follow(tables, plan, *any_ray(plan, tables.ambient.dtype), jnp.bool_(True))[:2])
-    queue = jnp.zeros(plan.slots, jnp.int32), jnp.int32(plan.pass_pixels)
-    bounds = jnp.full(plan.blocks, room, jnp.int32)
-    first = (jnp.int32(0), jnp.int32(0), queue, empty_buffers(shapes, plan.slots), bounds, bounds)
-    _, _, (_, count), (nodes, _), starts, ends = jax.lax.while_loop(waiting, follow_block, first)
-    return Record(nodes, starts, ends, count - plan.pass_pixels)
+    shapes = jax.eval_shape(lambda: _follow(tables, plan, *any_ray(plan, one.dtype), jnp.bool_(True))[:2])
+    buffers = empty_buffers((*shapes, white if light_of else None), plan.slots)
+    queue, bounds = (jnp.zeros(plan.slots, jnp.int32), jnp.int32(plan.pass_pixels)), jnp.full(plan.blocks, room, jnp.int32)
+    film = empty_buffers(white, plan.pass_pixels) if light_of else None
+    first = (jnp.int32(0), jnp.int32(0), queue, buffers, (bounds, bounds), film)
+    _, _, (_, count), (nodes, *_), (starts, ends), film = jax.lax.while_loop(waiting, follow_block, first)
+    return Record(nodes, starts, ends, count - plan.pass_pixels), film
 
 
 def _origin(plan: Plan, known: Origin, slot: Int[Array, "n"], queue: Int[Array, "slots"]) -> Origin:

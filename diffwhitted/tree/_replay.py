@@ -19,7 +19,7 @@ from ._beam import arriving
 from ._departure import any_ray, departing, parents_of
 from ._local import local_radiance
 from ._plan import Plan
-from ._record import Nodes, Record
+from ._record import Nodes, Record, follow
 
 
 def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, number: Int[Array, ""],
@@ -71,5 +71,17 @@ def _visit(tables: Tables, plan: Plan, nodes: Nodes, ray: Ray, footprint: Footpr
     else:
         hit, direction, beam = arriving(tables.shapes, ray, footprint, nodes.object, nodes.entering, nodes.cut, None, needed)
         at = arrival(hit, direction, nodes.outside, beam)
-    light = where(nodes.object >= 0, local_radiance(tables, plan, nodes, at, needed), tables.background.seen(ray.direction))
-    return light if footprint is None else light * at.beam.edge.share, at
+    return light_of(tables, plan, nodes, at, needed), at
+
+
+def light_of(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed) -> Vec3:
+    """The light that rays bring from what they meet, surface or background."""
+    light = where(nodes.object >= 0, local_radiance(tables, plan, nodes, at, needed), tables.background.seen(at.direction))
+    return light if at.beam is None else light * at.beam.edge.share
+
+
+def trace(tables: Tables, camera: Camera, plan: Plan, number: Int[Array, ""],
+          offset: Float[Array, "2"]) -> tuple[Vec3, Int[Array, ""]]:
+    """What `record` and `replay` give, in one go and without derivatives: the film, and the number of descendants."""
+    tree, film = follow(tables, camera, plan, number, offset, partial(light_of, tables, plan))
+    return film, tree.descendants

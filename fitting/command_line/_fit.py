@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ._environment import set_up
-from ._options import Depth, Precision, PrecisionName, Samples, ScenePath
+from ._options import Depth, Footprint, Precision, PrecisionName, Samples, ScenePath
 from ._progress import Progress
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print result.json in place o
 def fit(
     scene: ScenePath, target: Targets, free: Free, out: Out, camera: CameraName = None, mask: Masks = None,
     keep_clipped: KeepClipped = False, noise: Noise = None, start: Start = None, bounds: BoundsGiven = None, starts: Starts = 1, samples: Samples = 1,
-    depth: Depth = None, max_steps: MaxSteps = 100, precision: PrecisionName = Precision.float32, truth: Truth = None,
+    footprint: Footprint = None, depth: Depth = None, max_steps: MaxSteps = 100, precision: PrecisionName = Precision.float32, truth: Truth = None,
     quiet: Quiet = False, json: Json = False,
 ) -> int:
     """Find the material coefficients that make a scene look like its target pictures.
@@ -68,6 +68,9 @@ def fit(
       diffwhitted fit scene.toml --target photo.exr \\
         --free "*.k_d" glass.k_h glass.phong_exponent \\
         --bounds glass.phong_exponent=5:500 --noise 0.01 --out result
+
+    A refractive index moves what is seen through the glass: where one is free, each pixel is one filtered tree
+    unless --footprint says otherwise.
 
     Prints the coefficients with 95 % intervals, and says which ones the pictures do not determine. Ctrl-C
     stops with the best so far, a second Ctrl-C at once. Exit codes: 0 converged, 1 not converged, not
@@ -88,7 +91,7 @@ def fit(
         progress.say("compiling; less to do next time")
         result = run_fit(
             loaded, targets, free, start=given_start, bounds=given_bounds, starts=starts, samples=samples,
-            max_depth=depth, max_steps=max_steps, on_step=lambda step: progress.step(step, starts))
+            max_depth=depth, footprint=footprint, max_steps=max_steps, on_step=lambda step: progress.step(step, starts))
         progress.say("writing the report")
         about = {"scene": scene.name, "targets": [Path(text).name for text in target]}
         written = write_outputs(result, out, title=f"{scene.stem}: {', '.join(free)}", save_scene=save_scene,

@@ -35,6 +35,9 @@ Depth = Annotated[int | None, typer.Option(
     help="Longest path from the camera: 1 is camera rays only. Default: max_depth of the scene.")]
 Samples = Annotated[int, typer.Option(
     "--samples", metavar="N", min=1, max=64, help="N x N rays a pixel, on a regular grid.")]
+Footprint = Annotated[int | None, typer.Option(
+    "--footprint", metavar="K", min=0, max=64, show_default=False,
+    help="K x K trees a pixel whose rays average what they meet over their share of it, edges and all; 0: points.")]
 PrecisionName = Annotated[Precision, typer.Option(
     "--precision", metavar="TYPE", help="float32, or float64: slower, for derivatives to the last digit.")]
 

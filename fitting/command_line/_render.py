@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ._environment import set_up
-from ._options import CameraName, Depth, Height, Precision, PrecisionName, Samples, ScenePath, Width, chosen_camera
+from ._options import CameraName, Depth, Footprint, Height, Precision, PrecisionName, Samples, ScenePath, Width, chosen_camera
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from diffwhitted import Camera, Plan, Scene
+    from diffwhitted import Camera, Scene
 
 Out = Annotated[Path, typer.Option(
     "--out", "-o", metavar="FILE", show_default=False,
@@ -27,13 +27,16 @@ Exposure = Annotated[float, typer.Option(
 
 def render(
     scene: ScenePath, out: Out, camera: CameraName = None, width: Width = None, height: Height = None, depth: Depth = None,
-    samples: Samples = 1, precision: PrecisionName = Precision.float32, exposure: Exposure = 0.0,
+    samples: Samples = 1, footprint: Footprint = None, precision: PrecisionName = Precision.float32, exposure: Exposure = 0.0,
 ) -> None:
     """Render a scene to an image file.
 
     \b
-    At 640 columns, with nine rays a pixel:
-      diffwhitted render scene.toml -o picture.png --width 640 --samples 3
+    At 640 columns, for eyes:
+      diffwhitted render scene.toml -o picture.png --width 640
+
+    A .png or .jpg is antialiased by one filtered tree a pixel (--footprint 1) unless --samples or --footprint say
+    otherwise; other formats hold what the scene asks for, by default one point a pixel.
     """
     set_up(precision)
     from diffwhitted import load_scene
@@ -43,8 +46,9 @@ def render(
     loaded = load_scene(scene, precision=precision.value)
     name, view = chosen_camera(loaded, camera)
     view = view.resized(width, height)
-    picture = rendered(loaded, view, depth, samples)
-    about = {"scene": scene.name, "camera": name, "samples": samples * samples}
+    trees = chosen_footprint(footprint, samples, loaded.footprint, for_eyes=bool(form.bits))
+    picture = rendered(loaded, view, depth, samples, trees)
+    about = {"scene": scene.name, "camera": name, "samples": (trees or samples) ** 2, "footprint": trees}
     write_image(out, picture.pixels, exposure=exposure, metadata=about)
     print(f"wrote {out}: {view.width} x {view.height} pixels, {picture.rays:,} rays in {picture.seconds:.2f} s, "
           f"after {picture.seconds_compile:.1f} s of compiling")
@@ -62,51 +66,39 @@ class Picture:
     seconds_compile: float
 
 
-def rendered(scene: Scene, camera: Camera, depth: int | None, samples: int) -> Picture:
-    """What `diffwhitted.render` gives, sample by sample, with rays and seconds counted."""
-    import jax.numpy as jnp
+def chosen_footprint(asked: int | None, samples: int, of_scene: int, *, for_eyes: bool) -> int:
+    """The footprint to render with. Raises `InputError` where samples and footprint are both asked for."""
+    from diffwhitted import InputError
+
+    if asked and samples > 1:
+        raise InputError(f"--samples {samples} with --footprint {asked}: allowed is one of the two; --footprint {samples} traces "
+                         f"{samples} x {samples} filtered trees a pixel, --samples {samples} as many points")
+    if asked is not None or samples > 1:
+        return asked or 0
+    return of_scene or int(for_eyes)
+
+
+def rendered(scene: Scene, camera: Camera, depth: int | None, samples: int, footprint: int) -> Picture:
+    """What `diffwhitted.render` gives, with rays and seconds counted."""
+    import jax
     import numpy as np
 
-    from diffwhitted._render import record_passes, replay_passes
+    from diffwhitted._render import trace_pass, traced_passes
     from diffwhitted.tree import likely_room, make_plan
 
-    pixels, clock = camera.width * camera.height, Clock()
-    plan = make_plan(scene, camera, max_depth=depth, capacity=likely_room(camera))
-    total, rays = np.zeros((camera.height, camera.width, 3)), 0
-    steps = (np.arange(samples) + 0.5) / samples
-    for row, column in np.ndindex(samples, samples):
-        offset = jnp.asarray([steps[column], steps[row]], scene.dtype)
-        while True:
-            trees = clock.run(record_passes, (scene, camera), plan, offset)
-            needed = int(np.asarray(trees.descendants).max())
-            if needed <= plan.capacity:
-                break
-            plan = plan.with_capacity(2 * needed)
-        total += np.asarray(clock.run(replay_passes, (scene, camera, trees), plan, offset), np.float64)
-        rays += pixels + int(np.asarray(trees.descendants).sum())
-    mean = (total / samples**2).astype(scene.dtype)
-    return Picture(mean, rays, clock.seconds, clock.seconds_compile)
-
-
-class Clock:
-    """Runs programs, and times compiling and running apart."""
-
-    def __init__(self):
-        self.seconds = self.seconds_compile = 0.0
-        self._compiled = {}
-
-    def run(self, program: Any, inputs: tuple, plan: Plan, offset: Any) -> Any:
-        """`program(*inputs, plan, offset)`; compiled once for each plan."""
-        import jax
-
+    plan = make_plan(scene, camera, max_depth=depth, capacity=likely_room(camera), footprint=footprint)
+    compiling = 0.0
+    while True:
         begun = time.perf_counter()
-        if (program, plan) not in self._compiled:
-            self._compiled[program, plan] = program.lower(*inputs, plan, offset).compile()
-        compiled = time.perf_counter()
-        result = jax.block_until_ready(self._compiled[program, plan](*inputs, plan, offset))
-        self.seconds_compile += compiled - begun
-        self.seconds += time.perf_counter() - compiled
-        return result
+        trace_pass.lower(scene, camera, plan, np.int32(0), samples).compile()
+        compiling += time.perf_counter() - begun
+        begun = time.perf_counter()
+        pixels, descendants = jax.block_until_ready(traced_passes(scene, camera, plan, samples))
+        seconds, needed = time.perf_counter() - begun, int(descendants.max())
+        if needed <= plan.capacity:
+            rays = camera.width * camera.height * (footprint or samples) ** 2 + int(np.asarray(descendants, np.int64).sum())
+            return Picture(np.asarray(pixels), rays, seconds, compiling)
+        plan = plan.with_capacity(2 * needed)
 
 
 def _clipped_note(clipped: Any, pixels: int) -> str:
