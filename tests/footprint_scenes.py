@@ -1,6 +1,5 @@
 """The three scenes on which derivatives through moving edges are measured, and their converged references."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import equinox as eqx
@@ -9,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import diffwhitted as dw
+from diffwhitted._render import render_passes
 from diffwhitted.scene import tabulate
 from diffwhitted.tree import make_plan, record, replay
 
@@ -38,15 +38,11 @@ def smooth():
 SCENES = {"spheres": spheres, "glass alone": glass_alone, "smooth": smooth}
 
 
-def with_index(scene):
-    return lambda value: dw.replace_coefficient(scene, INDEX, value)
-
-
-def ball_at(scene):
-    """The scene with the centre of the glass sphere moved along x."""
-    def moved(x):
-        return eqx.tree_at(lambda s: next(o for o in s.objects if o.name == "ball").centre, scene, jnp.zeros(3, scene.dtype).at[0].set(x))
-    return moved
+def changed(scene, index, across):
+    """The scene with this index of the glass, its sphere `across` metres from the middle."""
+    scene = dw.replace_coefficient(scene, INDEX, jnp.asarray(index, scene.dtype))
+    centre = jnp.zeros(3, scene.dtype).at[0].set(across)
+    return eqx.tree_at(lambda s: next(o for o in s.objects if o.name == "ball").centre, scene, centre)
 
 
 def places(count, seed=0):
@@ -80,19 +76,23 @@ def area_true(scene, camera, side, seed=0):
     return (total / side**2)[: camera.width * camera.height].reshape(camera.height, camera.width, 3)
 
 
-def reference(make, camera, at, step, side, seed=0):
+def reference(make, camera, step, side, seed=0):
     """Image and central difference of converged images: the same points in both, so that only edges make noise."""
-    below, above = (area_true(make(at + d), camera, side, seed) for d in (-step, step))
+    below, above = (area_true(make(d), camera, side, seed) for d in (-step, step))
     return (below + above) / 2, (above - below) / (2 * step)
 
 
-def filtered(make, camera, at, trees=1):
-    """Image and derivative of `trees` x `trees` filtered trees a pixel, and the number of nodes."""
-    scene = make(at)
-    plan = dw.plan(scene, camera, free=(INDEX,), footprint=trees)
-    plan = replace(plan, capacity=plan.with_capacity(int(1.2 * plan.capacity)).capacity)
-    value = jnp.asarray(at, scene.dtype)
-    image, derivative = jax.jvp(lambda v: dw.render(make(v), camera, plan=plan), (value,), (jnp.ones_like(value),))
+@eqx.filter_jit
+def _derivative(scene, camera, plan, point, along):
+    return jax.jvp(lambda p: render_passes(changed(scene, *p), camera, plan), (point,), (along,))
+
+
+def filtered(scene, camera, index=1.5, across=0.0, along=(1.0, 0.0), trees=1):
+    """Image and derivative, in index and place of the sphere `along`, of `trees` x `trees` filtered trees a pixel."""
+    plan = make_plan(scene, camera, footprint=trees, capacity=3 * camera.width * camera.height)
+    point, along = (tuple(jnp.asarray(x, scene.dtype) for x in pair) for pair in ((index, across), along))
+    (image, needed), (derivative, _) = _derivative(scene, camera, plan, point, along)
+    assert needed <= plan.capacity
     return np.asarray(image, np.float64), np.asarray(derivative, np.float64)
 
 
