@@ -18,6 +18,7 @@ from ._errors import FitError
 from ._outcome import outcome, rest_test, with_runs
 from ._problem import Part, Problem, prepared
 from ._pyramid import blurs
+from ._scan import best_of
 from ._rest import nearly
 from ._result import FitResult, FitStep
 from ._solve import Solution, solve
@@ -44,7 +45,8 @@ def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float
     - `footprint`: k x k trees a pixel whose rays average what they meet over their share of it. Without it that is
       the scene's, or `samples`, where a free coefficient moves rays: their derivative lies in the edges of the picture.
 
-    Where rays move, the ray tree is recorded anew in each step, and the residuals are blurred at first (`_pyramid`).
+    Where rays move, the ray tree is recorded anew in each step, the residuals are blurred at first (`_pyramid`), and
+    the fit begins elsewhere than at `start` where a look along the refractive indices finds a better place (`_scan`).
     Minimises the sum over pixels of mask * ((render - target) / noise)^2 with optimistix's
     Levenberg-Marquardt on forward-mode Jacobians of the replayed ray tree (Levenberg 1944, Marquardt 1963).
     Standard errors are those of the linearised model with independent noise of one size, given or estimated
@@ -91,7 +93,10 @@ def _solved(problem: Problem, point: np.ndarray, max_steps: int, at_rest, on_ste
         if on_step is not None:
             on_step(history[-1])
 
-    for sigma in blurs(camera.width, camera.height) if _moves(problem.unknowns) else (0.0,):
+    levels = blurs(camera.width, camera.height) if _moves(problem.unknowns) else (0.0,)
+    if levels[0]:
+        point = best_of(problem, point, levels[0])
+    for sigma in levels:
         solution = solve(problem, point, max_steps=max_steps, at_rest=settled if sigma else at_rest, on_step=seen,
                          loss_scale=scale, sigma=sigma)
         point, seconds = solution.values, seconds + solution.seconds

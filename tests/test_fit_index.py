@@ -1,0 +1,95 @@
+"""The fit of a refractive index, on its own and with other coefficients, on targets that the fit's renderer did not make.
+
+Targets are means of points, which is what a camera sees, and POV-Ray's picture of points.
+"""
+
+import functools
+
+import equinox as eqx
+import numpy as np
+import pytest
+from footprint_scenes import INDEX, area_true, changed, spheres
+from test_povray_targets import TARGETS, translated
+
+import diffwhitted as dw
+import fitting
+from diffwhitted.image import read_image
+from diffwhitted.scene import coefficient_value
+
+
+@functools.cache
+def small_spheres():
+    scene = spheres()
+    camera = scene.cameras["main"].resized(80, 60)
+    return eqx.tree_at(lambda s: s.cameras, scene, {"main": camera}), camera
+
+
+@functools.cache
+def target(index):
+    scene, camera = small_spheres()
+    return area_true(changed(scene, index, 0.0), camera, 24).astype(np.float32)
+
+
+@pytest.mark.parametrize("start", [1.05, 1.1, 1.2, 1.33, 1.5, 1.8, 2.1, 2.4])
+@pytest.mark.parametrize("truth", [1.33, 1.5, 2.2])
+def test_the_index_is_found_from_far_away(truth, start):
+    scene, _ = small_spheres()
+    result = fitting.fit(scene, target(truth), [INDEX], start={INDEX: start})
+    assert result.status == "converged" and result[INDEX].value == pytest.approx(truth, abs=1e-3)
+
+
+@pytest.mark.parametrize("start", [1.05, 1.8, 2.4])
+def test_the_index_is_found_from_povrays_picture_of_points(start):
+    scene, _ = translated("glass_ior_1.33", "float32")
+    name = next(name for name, material in scene.materials.items() if material.k_t.max() > 0) + ".refractive_index"
+    result = fitting.fit(scene, read_image(TARGETS / "glass_ior_1.33.exr").pixels, [name], start={name: start})
+    assert result[name].value == pytest.approx(1.33, abs=2e-3)
+
+
+def test_the_interval_covers_the_truth_in_95_of_100_noisy_targets():
+    """200 targets, three standard deviations of the binomial distribution around 95 %."""
+    scene, camera = small_spheres()
+    scene = changed(scene, 1.5, 0.0)
+    clean, random = np.asarray(dw.render(scene, camera, footprint=1)), np.random.default_rng(5)
+    results = [fitting.fit(scene, clean + random.normal(0, 0.02, clean.shape).astype(np.float32), [INDEX])[INDEX] for _ in range(200)]
+    covered = np.mean([low <= 1.5 <= high for low, high in (r.interval_95 for r in results)])
+    assert 0.90 <= covered <= 0.985
+    spread = np.std([r.value for r in results])
+    assert np.mean([r.standard_error for r in results]) == pytest.approx(spread, rel=0.2)
+
+
+def test_eleven_coefficients_together_with_an_index():
+    """Starts away from the truth in all of them; one picture, one light."""
+    scene, camera = small_spheres()
+    scene = eqx.tree_at(lambda s: s.lights, scene, scene.lights[:1])
+    free = ["floor.k_d", "floor.k_a", "blue.k_d", "blue.k_a", "blue.phong_exponent", "glass.k_t", INDEX]
+    truth = scene
+    for name, value in {"floor.k_d": (0.8, 0.7, 0.6), "floor.k_a": 0.2, "blue.k_a": 0.1}.items():
+        truth = dw.replace_coefficient(truth, name, np.asarray(value, np.float32))
+    start = {"floor.k_*": 0.5, "blue.k_*": 0.4, "blue.phong_exponent": 10.0, "glass.k_t": 0.6, INDEX: 1.8}
+    result = fitting.fit(truth, area_true(truth, camera, 24).astype(np.float32), free, start=start)
+    assert len(result.coefficients) == 11
+    for found in result.coefficients:
+        material, coefficient, *channel = found.name.split(".")
+        true = float(np.asarray(coefficient_value(truth, f"{material}.{coefficient}")).reshape(-1)["rgb".index(channel[0]) if channel else 0])
+        low, high = found.bounds
+        assert abs(found.value - true) < 1e-3 * (high - low) or not found.identifiable, found.name
+
+
+def test_the_index_of_a_slab_before_a_uniform_wall_is_not_identifiable():
+    scene = dw.Scene(
+        objects=[dw.Plane("wall", (0, 0, 1), -3, "wall"), dw.Polygon("front", [(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)], "glass")],
+        materials={"wall": dw.Material(k_a=0.5), "glass": dw.Material(k_t=0.9, refractive_index=1.5)},
+        cameras={"main": dw.Camera((0, 0, 4), (0, 0, 0), 40, 16, 12)})
+    picture = np.asarray(dw.render(scene, scene.cameras["main"]))
+    result = fitting.fit(scene, picture, [INDEX], start={INDEX: 1.3})
+    assert result.status == "not_identifiable" and result[INDEX].standard_error is None
+
+
+def test_a_free_index_switches_the_footprint_on_and_can_be_refused():
+    scene, camera = small_spheres()
+    picture = np.asarray(dw.render(scene, camera))
+    on = fitting.fit(scene, picture, [INDEX], max_steps=1)
+    assert ("footprint", True) in {(name, there) for name, there, _ in on.effects}
+    off = fitting.fit(scene, picture, [INDEX], max_steps=1, footprint=0)
+    assert ("footprint", False) in {(name, there) for name, there, _ in off.effects}
