@@ -18,20 +18,28 @@ def lit(normal: Vec3, to_light: Vec3) -> Float[Array, "*n"]:
     return (dot(normal, to_light) > 0).astype(normal.dtype)
 
 
-def halfway_highlight(normal: Vec3, to_light: Vec3, incoming: Vec3, exponent: Float[Array, "*n"]) -> Float[Array, "*n"]:
-    """(N.H)**n with H the unit vector halfway between L and V = -u, the k_h term of Whitted (1), to be multiplied by `lit`."""
-    return _lobe(normal, normalise(to_light - incoming), exponent)
+def halfway_apart(normal: Vec3, to_light: Vec3, incoming: Vec3) -> Vec3:
+    """N - H with H the unit vector halfway between L and V = -u: where `lobe` gives (N.H)**n, the k_h term of Whitted (1)."""
+    return normal - normalise(to_light - incoming)
 
 
-def reflected_highlight(normal: Vec3, to_light: Vec3, incoming: Vec3, exponent: Float[Array, "*n"]) -> Float[Array, "*n"]:
-    """(V.R)**n with R the mirror direction of the light, Hearn and Baker (14-6), to be multiplied by `lit`.
-
-    Computed as the angle between the light and the mirrored incoming ray, which is the same.
-    """
-    return _lobe(to_light, mirrored(incoming, normal), exponent)
+def reflected_apart(normal: Vec3, to_light: Vec3, incoming: Vec3) -> Vec3:
+    """L - R' with R' the mirrored incoming ray: where `lobe` gives (V.R)**n, Hearn and Baker (14-6)."""
+    return to_light - mirrored(incoming, normal)
 
 
-def _lobe(a: Vec3, b: Vec3, exponent):
-    apart = a - b
+def lobe(apart: Vec3, exponent: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    """cos**n of the angle between two unit vectors with this difference, to be multiplied by `lit`."""
     return power_of_cosine(dot(apart, apart), exponent)
 
+
+def lobe_mean(apart: Vec3, across: Vec3, down: Vec3, exponent: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    """The mean of the lobe over a pixel along whose sides the difference changes by `across` and `down`.
+
+    Near its top cos**n is a Gaussian of variance 1/n (cos**n = exp(-n angle**2 / 2)); averaged over angles that spread
+    with variance s it is one of variance 1/n + s, as high as its volume allows: m/n cos**m with m = n / (1 + n s).
+    After Toksvig 2005, Mipmapping normal maps.
+    """
+    variance = (dot(across, across) + dot(down, down)) / 24
+    narrower = 1 / (1 + exponent * variance)
+    return narrower * lobe(apart, exponent * narrower)

@@ -5,6 +5,7 @@ has no factor N.L. Only the terms that the plan's effects name are computed.
 """
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -13,12 +14,15 @@ from .._safe import safe_divide
 from .._stage import packed, stage
 from .._vector import Vec3, dot, lookup, where
 from ..geometry import Ray, outline_of
-from ..illumination import diffuse, halfway_highlight, lit, reflected_highlight, tint
+from ..illumination import diffuse, halfway_apart, lit, lobe, lobe_mean, reflected_apart, tint
 from ..scene import Tables
 from ._arrival import Arrival
 from ._beam import light_beam, slant
 from ._plan import Plan
 from ._record import Nodes, glass_by_material, most_crossed
+
+FAINTEST = 1e-4
+"""A highlight below this share of its top is not averaged over a footprint."""
 
 
 def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed) -> Vec3:
@@ -44,6 +48,7 @@ def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed
         share = _arriving_share(tables, plan, nodes, number)
         if at.beam is not None:
             terms = _at_terminator(light, terms, at, to_light, needed)
+            terms = _over_footprint(tables, plan, light, terms, material, at, to_light)
             share = share * _past_edges(tables, plan, light, nodes, number, at, to_light)
         sent_back = Vec3(black, black, black)
         if effects.diffuse:
@@ -142,13 +147,37 @@ def _patterned(coefficient: Vec3, material, patterns, textures: tuple[int, ...])
 
 
 def _highlight(tables: Tables, plan: Plan, material, at: Arrival, to_light: Vec3):
-    exponent = lookup(tables.materials.phong_exponent, material)
-    value = jnp.zeros_like(at.point.x)
-    for model, lobe in (("halfway", halfway_highlight), ("reflected", reflected_highlight)):
-        if model in plan.highlight_models:
-            here = lookup(jnp.asarray([m == model for m in plan.highlight_models]), material)
-            value = jnp.where(here, lobe(at.normal, to_light, at.direction, exponent), value)
+    return lobe(_apart(plan, material, at.normal, to_light, at.direction), lookup(tables.materials.phong_exponent, material))
+
+
+def _apart(plan: Plan, material, normal: Vec3, to_light: Vec3, incoming: Vec3) -> Vec3:
+    """The difference whose length decides the highlight, by the material's model."""
+    models = [("halfway", halfway_apart), ("reflected", reflected_apart)]
+    found = [(model, apart(normal, to_light, incoming)) for model, apart in models if model in plan.highlight_models]
+    value = found[0][1] if found else normal * 0
+    for model, other in found[1:]:
+        value = where(lookup(jnp.asarray([m == model for m in plan.highlight_models]), material), other, value)
     return value
+
+
+def _over_footprint(tables: Tables, plan: Plan, light, terms: Terms, material, at: Arrival, to_light: Vec3) -> Terms:
+    """The mean of the highlight's lobe over the footprint, where it shows."""
+    if terms.lobe is None:
+        return terms
+
+    def mean(material, point, normal, direction, to_light, beam):
+        def changed(step, turned):
+            change = step.origin * beam.curvature, turned.direction, step.direction
+            return jax.jvp(lambda *a: _apart(plan, material, *a), (normal, to_light, direction), change)[1]
+
+        sides = zip(beam.footprint.sides(), light_beam(light, point, beam.footprint).sides(), strict=True)
+        across, down = (changed(step, turned) for step, turned in sides)
+        return lobe_mean(_apart(plan, material, normal, to_light, direction), across, down,
+                         lookup(tables.materials.phong_exponent, material))
+
+    shows = (terms.lobe > FAINTEST) & (at.object >= 0)
+    blurred = packed(shows, mean, terms.lobe, material, at.point, at.normal, at.direction, to_light, at.beam)
+    return Terms(terms.diffuse, terms.lit, blurred)
 
 
 def _arriving_share(tables: Tables, plan: Plan, nodes: Nodes, light: int):

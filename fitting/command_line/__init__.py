@@ -1,4 +1,4 @@
-"""The command line: `diffwhitted render`, `fit`, `explain` and `schema`.
+"""The command line: `diffwhitted render`, `fit`, `derivative`, `explain` and `schema`.
 
 A command's file imports what it needs when it runs, so that `--help` does not wait for JAX. Every failure is
 one message on stderr and an exit code; there is never a traceback.
@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from ._derivative import derivative
 from ._explain import explain
 from ._failures import failed
 from ._fit import fit
@@ -28,6 +29,7 @@ app = typer.Typer(
 )
 app.command(cls=SeveralValues, short_help="Render a scene to an image file.")(render)
 app.command(cls=SeveralValues, short_help="Find material coefficients from pictures.")(fit)
+app.command(cls=SeveralValues, short_help="Show how a picture changes with a coefficient.")(derivative)
 app.command(cls=SeveralValues, short_help="Say what a picture costs, and why.")(explain)
 app.command(short_help="Print the JSON Schema of scene files.")(schema)
 

@@ -1,0 +1,105 @@
+"""`diffwhitted derivative`: the picture of how a picture changes with a coefficient."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ._environment import set_up
+from ._options import CameraName, Depth, Height, Precision, PrecisionName, ScenePath, Width, chosen_camera
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from diffwhitted import Camera, Scene
+
+Of = Annotated[str, typer.Option("--of", metavar="NAME", show_default=False, help="MATERIAL.COEFFICIENT, such as glass.refractive_index.")]
+Out = Annotated[Path, typer.Option(
+    "--out", "-o", metavar="FILE", show_default=False,
+    help="Image to write: .exr .tif hold the derivative itself, linear RGB; .png shows it in signed colours with a scale.")]
+Footprint = Annotated[int, typer.Option(
+    "--footprint", metavar="K", min=0, max=64, help="K x K filtered trees a pixel; 0: points, whose derivative does not see edges move.")]
+Check = Annotated[bool, typer.Option(
+    "--check", help="Also measure the central difference of heavily supersampled pictures, and say how well it agrees.")]
+CheckSamples = Annotated[int, typer.Option("--check-samples", metavar="N", min=8, max=256, help="N x N points a pixel for --check.")]
+CheckStep = Annotated[float | None, typer.Option(
+    "--check-step", metavar="H", show_default=False, help="Half the distance of the two pictures. Default: 1e-3 of the value, at least 5e-4.")]
+
+
+def derivative(
+    scene: ScenePath, of: Of, out: Out, camera: CameraName = None, width: Width = None, height: Height = None, depth: Depth = None,
+    footprint: Footprint = 1, check: Check = False, check_samples: CheckSamples = 64, check_step: CheckStep = None,
+    precision: PrecisionName = Precision.float32,
+) -> None:
+    """Write the derivative of a picture in one coefficient.
+
+    \b
+    Where the picture tells of the refractive index, and whether that is true:
+      diffwhitted derivative scene.toml --of glass.refractive_index -o slope.png --check
+    """
+    set_up(precision)
+    from diffwhitted import load_scene
+    from diffwhitted.image import check_writable, write_image
+    from fitting._unknowns import free_coefficients
+
+    form = check_writable(out)
+    loaded = load_scene(scene, precision=precision.value)
+    name, view = chosen_camera(loaded, camera)
+    view = view.resized(width, height)
+    free_coefficients(loaded, [of], depth)
+    slope = derivative_image(loaded, view, of, depth, footprint)
+    truth = None
+    if check:
+        truth, step = difference_image(loaded, view, of, depth, check_samples, check_step)
+    if form.bits:
+        from ._signed import signed_picture
+
+        signed_picture(out, [slope] if truth is None else [slope, truth], of)
+    else:
+        write_image(out, slope, metadata={"scene": scene.name, "camera": name, "content": f"d image / d {of}", "footprint": footprint})
+    print(f"wrote {out}: {view.width} x {view.height} pixels, largest |d/d {of}| {abs(slope).max():.4g}")
+    if truth is not None:
+        print(agreement(slope, truth, check_samples, step))
+
+
+def derivative_image(scene: Scene, camera: Camera, name: str, depth: int | None, footprint: int) -> np.ndarray:
+    """d image / d coefficient, (height, width, 3); of a coloured coefficient along all its channels at once."""
+    import jax
+    import jax.numpy as jnp
+    import numpy as np
+
+    from diffwhitted import coefficient_value, plan, render, replace_coefficient
+
+    settled = plan(scene, camera, free=(name,), max_depth=depth, footprint=footprint)
+    value = jnp.asarray(coefficient_value(scene, name))
+    image = jax.jit(lambda v: jax.jvp(lambda v: render(replace_coefficient(scene, name, v), camera, plan=settled), (v,), (jnp.ones_like(v),))[1])
+    return np.asarray(image(value))
+
+
+def difference_image(scene: Scene, camera: Camera, name: str, depth: int | None, samples: int, step: float | None) -> tuple[Any, float]:
+    """The central difference of two supersampled pictures, and half the distance between them."""
+    import jax.numpy as jnp
+    import numpy as np
+
+    from diffwhitted import coefficient_value, render, replace_coefficient
+
+    value = np.asarray(coefficient_value(scene, name))
+    step = step or max(1e-3 * float(value.max()), 5e-4)
+    ends = [np.asarray(render(replace_coefficient(scene, name, jnp.asarray(value + d, scene.dtype)), camera, samples=samples,
+                              max_depth=depth, footprint=0), np.float64) for d in (step, -step)]
+    return (ends[0] - ends[1]) / (2 * step), step
+
+
+def agreement(slope: np.ndarray, truth: np.ndarray, samples: int, step: float) -> str:
+    """A sentence with cosine and relative L2 distance."""
+    import numpy as np
+
+    size = np.linalg.norm(truth)
+    if size == 0:
+        return f"check: the difference of {samples} x {samples} points a pixel at +-{step:g} is zero everywhere"
+    cosine = float((slope * truth).sum() / max(np.linalg.norm(slope) * size, 1e-300))
+    away = float(np.linalg.norm(slope - truth) / size)
+    return (f"check: against the difference of {samples} x {samples} points a pixel at +-{step:g}: cosine {cosine:.4f}, "
+            f"relative L2 distance {away:.3f} (noise and step of the difference included)")
