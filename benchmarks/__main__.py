@@ -10,7 +10,7 @@ from ._figures import Figure, machine, save, show
 from ._fresh import figures_of
 from ._scene import FOLDER
 
-BENCHMARKS = ("forward", "derivatives", "compile", "fit", "memory")
+BENCHMARKS = ("forward", "derivatives", "compile", "edges", "fit", "memory")
 
 
 def main(names: list[str]) -> int:

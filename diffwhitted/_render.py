@@ -87,12 +87,19 @@ def _in_precision(camera: Camera, scene: Scene) -> Camera:
 
 
 def _check(plan: Plan, scene: Scene, camera: Camera, traced: bool):
-    """A plan that leaves out what the scene calls for would give a wrong image without a word."""
-    asked = plan if traced else make_plan(scene, camera, max_depth=plan.max_depth, capacity=plan.capacity,
-                                               footprint=plan.footprint)
+    """A plan that leaves out what the scene calls for would give a wrong image, or a derivative of 0, without a word.
+
+    A traced coefficient may be anything, so the plan must have its effect. Where everything is traced nothing is known.
+    """
+    asked = plan
+    coefficients = [is_traced(leaf) for leaf in jax.tree.leaves(scene.materials)]
+    elsewhere = any(map(is_traced, jax.tree.leaves((scene.objects, scene.lights, scene.background, scene.ambient, camera))))
+    if not traced or not (elsewhere or all(coefficients)):
+        asked = make_plan(scene, camera, max_depth=plan.max_depth, capacity=plan.capacity, footprint=plan.footprint)
     wrong = plan.shortfall(replace(asked, picture=(camera.width, camera.height)))
     if wrong:
-        raise SceneError(f"plan: {wrong}; make one with diffwhitted.plan(scene, camera)")
+        advice = "; name a coefficient that is zero but traced in plan(..., free=(...))" if traced else ""
+        raise SceneError(f"plan: {wrong}; make one with diffwhitted.plan(scene, camera){advice}")
 
 
 @eqx.filter_jit

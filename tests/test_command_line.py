@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ import diffwhitted
 from diffwhitted import CapacityError
 from diffwhitted.image import read_image, write_image
 from fitting.command_line import main
+from fitting.command_line._render import chosen_footprint
 from fitting.command_line._environment import set_up
 from fitting.command_line._failures import failed
 from fitting.command_line._named_values import files_of_cameras, true_values
@@ -131,8 +133,27 @@ def test_a_reader_that_goes_away_is_no_error(place):
 # render
 
 
+def test_a_picture_for_eyes_is_filtered_unless_told_otherwise(place, capsys):
+    """PNG: one filtered tree a pixel, with rays past outlines; EXR: points. Samples and footprint exclude each other."""
+    assert chosen_footprint(None, 1, 0, for_eyes=True) == 1 and chosen_footprint(None, 1, 0, for_eyes=False) == 0
+    assert chosen_footprint(None, 4, 1, for_eyes=True) == 0 and chosen_footprint(0, 1, 2, for_eyes=True) == 0
+    assert chosen_footprint(None, 1, 2, for_eyes=False) == 2 and chosen_footprint(3, 1, 0, for_eyes=False) == 3
+    assert main(["render", "scene.toml", "-o", "a.png", "--samples", "3", "--footprint", "2"]) == 2
+    assert "--samples 3 with --footprint 2: allowed is one of the two" in capsys.readouterr().err
+
+
+def test_the_derivative_of_a_coefficient(place, capsys):
+    """Where no ray moves it is exact, so the difference of points agrees to the noise of the points; written as numbers and as a picture."""
+    assert main(["derivative", "scene.toml", "--of", "paint.k_d", "-o", "slope.exr", "--width", "16", "--check", "--check-samples", "16"]) == 0
+    said = capsys.readouterr().out
+    assert float(re.search(r"cosine ([0-9.]+)", said)[1]) > 0.98
+    assert np.abs(read_image("slope.exr").pixels).max() > 0
+    assert main(["derivative", "scene.toml", "--of", "paint.k_x", "-o", "slope.exr"]) == 2
+    assert "paint.k_x" in capsys.readouterr().err
+
+
 def test_display_formats_and_what_they_lose(place, capsys):
-    assert main(["render", "scene.toml", "-o", "a.png", "--exposure", "2", "--width", "8"]) == 0
+    assert main(["render", "scene.toml", "-o", "a.png", "--exposure", "2", "--width", "8", "--footprint", "0"]) == 0
     said = capsys.readouterr()
     assert "wrote a.png: 8 x 6 pixels, 48 rays" in said.out
     clipped = (rendered_small := rendered_at(8, 6)).max(axis=2) * 4 > 1

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from footprint_scenes import INDEX, SCENES, area_true, changed, cosine, filtered, reference, relative, rms
+from benchmarks.supersampled import INDEX, SCENES, area_true, changed, cosine, filtered, reference, relative, rms
 
 import diffwhitted as dw
 from diffwhitted._render import render_passes, traced_passes

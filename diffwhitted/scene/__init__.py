@@ -2,7 +2,7 @@
 
 from ._background import Background, ConstantBackground, GradientBackground
 from ._camera import Camera
-from ._checks import depth_number, is_traced, nearest_name, whole_number
+from ._checks import depth_number, is_traced, nearest_name, shortest, whole_number
 from ._coefficients import BY_NAME, COEFFICIENTS, Coefficient
 from ._lights import DirectionalLight, Light, PointLight
 from ._material import HighlightModel, Material
@@ -17,5 +17,5 @@ __all__ = [
     "DirectionalLight", "GradientBackground", "HighlightModel", "Light", "Material", "MaterialTable", "Object",
     "Plane", "PointLight", "Polygon", "Precision", "Scene", "ShadowModel", "Sphere", "Tables", "Texture",
     "TotalReflection", "check_footprint", "coefficient_value", "depth_number", "is_traced", "float_dtype", "material_names",
-    "nearest_name", "numbered_objects", "replace_coefficient", "split_name", "tabulate", "texture_names", "whole_number",
+    "nearest_name", "numbered_objects", "replace_coefficient", "shortest", "split_name", "tabulate", "texture_names", "whole_number",
 ]

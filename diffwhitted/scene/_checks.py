@@ -56,13 +56,24 @@ def depth_number(max_depth) -> int | None:
 
 def listed(value) -> str:
     """A short reading of an array for a message."""
-    shortest = {"float_kind": lambda number: str(number).removesuffix(".0")}
-    return np.array2string(np.asarray(value), separator=", ", threshold=12, formatter=shortest)
+
+    def written(number):
+        return repr(shortest(number)).removesuffix(".0")
+
+    value = np.asarray(value)
+    if not value.ndim:
+        return written(value[()]) if value.dtype.kind == "f" else str(value)
+    return np.array2string(value, separator=", ", threshold=12, formatter={"float_kind": written})
+
+
+def shortest(number) -> float:
+    """The number with the fewest digits that reads back as this one in its own precision, whatever NumPy's print options."""
+    return float(np.format_float_scientific(number, unique=True))
 
 
 def _float_dtype(value):
     dtype = getattr(value, "dtype", None)
-    return dtype if dtype is not None and jnp.issubdtype(dtype, jnp.floating) else float
+    return jax.dtypes.canonicalize_dtype(dtype) if dtype is not None and jnp.issubdtype(dtype, jnp.floating) else float
 
 
 def nearest_name(name: str, known: Iterable[str]) -> str:

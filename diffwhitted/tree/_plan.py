@@ -6,6 +6,7 @@ from math import ceil
 
 import numpy as np
 
+from .._errors import CapacityError, SceneError
 from .._stage import LANES
 from .._workers import processors
 from ..scene import Camera, Plane, Scene, Sphere, check_footprint, is_traced, material_names, numbered_objects, texture_names
@@ -18,6 +19,8 @@ MOST_PIXELS_A_PASS = 160 * 1024
 FEWEST_PIXELS_A_PASS = 2**14
 """A picture smaller than two of these is one pass; a larger one has a pass for each processor, or more."""
 WORST_CASE_LIMIT = 2**24
+LARGEST_ROOM = 2**25
+"""Rays other than camera rays in a pass, about 3 GiB; beyond it a picture ends with an error, not with the memory."""
 LIKELY_DESCENDANTS = 2.0
 """Rays other than camera rays that a pixel is first given room for; more room costs memory and a little time,
 less means that the program of a scene with much glass is compiled twice."""
@@ -105,6 +108,9 @@ class Plan:
         """The same plan with room for `rays` rays (other than camera rays) a pass, in whole blocks."""
         if not self.branching:
             return self
+        if rays > LARGEST_ROOM:
+            raise CapacityError(f"the ray tree needs room for {rays:,} rays a pass of {self.pass_pixels:,} pixels, more than "
+                                f"{LARGEST_ROOM:,}; lower max_depth, or set fewer of k_s and k_t above zero")
         return replace(self, capacity=max(1, ceil(rays / self.block)) * self.block)
 
 
@@ -167,7 +173,11 @@ def _smallest_first(objects, transparent: tuple[bool, ...]) -> tuple[int, ...]:
         thing = objects[index]
         if isinstance(thing, Plane):
             return np.inf
-        return 0.0 if is_traced(thing.radius) else float(thing.radius)
+        return float(thing.radius) if not is_traced(thing.radius) else 0.0
 
     solids = [i for i, thing in enumerate(objects) if transparent[i] and isinstance(thing, (Sphere, Plane))]
+    unknown = [objects[i].name for i in solids if isinstance(objects[i], Sphere) and is_traced(objects[i].radius)]
+    if unknown and len(solids) > 1:
+        raise SceneError(f"object {unknown[0]!r}: its radius is traced, so which transparent solid lies inside which is not known; "
+                         "pass plan=diffwhitted.plan(scene, camera), made outside jit, grad or vmap")
     return tuple(sorted(solids, key=lambda i: (size(i), -i)))

@@ -1,0 +1,123 @@
+"""Derivatives through moving edges: how true they are, what a filtered tree costs, and the fit of an index.
+
+Truth is the central difference of pictures of 64 x 64 points a pixel; it is itself uncertain by about 5 to 10 % in L2.
+"""
+
+import time
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+import diffwhitted
+import fitting
+from diffwhitted._render import record_passes, replay_passes, trace_pass
+from diffwhitted.tree import likely_room, make_plan
+
+from ._figures import Figure
+from ._fresh import in_fresh_process, run
+from ._scene import CAMERA, three_spheres
+from ._timing import ratio, taking_turns
+from .supersampled import INDEX, SCENES, area_true, changed, cosine, filtered, reference, relative, rms, spheres
+
+SIDE, STEP = 64, 1e-3
+TREES = {1: ("one tree", 0.98, 0.20, 0.006), 2: ("2x2 trees", 0.99, 0.13, 0.002)}
+OTHERS = {1.1: 2e-4, 1.33: 1e-3, 1.8: 2e-4, 2.4: 2e-3}
+"""Other indices, with steps that follow the speed of the edges."""
+STARTS = (1.05, 1.1, 1.2, 1.33, 1.5, 1.8, 2.1, 2.4)
+
+
+def measure() -> list[Figure]:
+    return [*_truth(), *_other_indices(), *_cost(), *_compile(), *_fits()]
+
+
+def _truth() -> list[Figure]:
+    figures = []
+    for name, make in SCENES.items():
+        scene = make()
+        camera = scene.cameras["main"]
+        image, slope = reference(lambda d: changed(scene, 1.5 + d, 0.0), camera, STEP, SIDE)  # noqa: B023
+        away = image - area_true(changed(scene, 1.33, 0.0), camera, 16)
+        for trees, limits in TREES.items():
+            figures += _scores(f"{name}, {limits[0]}", filtered(scene, camera, trees=trees), image, slope, away, limits)
+    return figures
+
+
+def _scores(name: str, ours, image, slope, away, limits) -> list[Figure]:
+    picture, derivative = ours
+    pull = float((away * derivative).sum() / (away * slope).sum())
+    return [
+        Figure(f"{name}: 1 - cosine", 1 - cosine(derivative, slope), "", 1 - limits[1], f"gradient of a loss {pull:.3f} times the true one"),
+        Figure(f"{name}: relative L2 error", relative(derivative, slope), "", limits[2]),
+        Figure(f"{name}: RMSE of the image", rms(picture, image), "", limits[3]),
+    ]
+
+
+def _other_indices() -> list[Figure]:
+    scene, figures = spheres(), []
+    camera = scene.cameras["main"]
+    cases = [(f"index {index}", index, step, lambda d, at=index: changed(scene, at + d, 0.0), (1.0, 0.0)) for index, step in OTHERS.items()]
+    cases.append(("sphere along x", 1.5, 5e-4, lambda d: changed(scene, 1.5, d), (0.0, 1.0)))
+    for name, index, step, make, along in cases:
+        _, slope = reference(make, camera, step, SIDE)
+        _, derivative = filtered(scene, camera, index=index, along=along)
+        figures.append(Figure(f"spheres, one tree, {name}: relative L2 error", relative(derivative, slope), "", 0.18,
+                              f"cosine {cosine(derivative, slope):.3f} (target 0.985)"))
+    return figures
+
+
+def _cost() -> list[Figure]:
+    """Times in turns; 640x480, the three spheres of the other benchmarks."""
+    scene = three_spheres()
+    camera = scene.cameras[CAMERA]
+    plans = [diffwhitted.plan(scene, camera, footprint=trees) for trees in (0, 1)]
+    plain, ours = taking_turns([lambda plan=plan: diffwhitted.render(scene, camera, plan=plan) for plan in plans])
+    nodes = [camera.width * camera.height + int(np.sum(record_passes(scene, camera, plan).descendants)) for plan in plans]
+    trees = record_passes(scene, camera, plans[1])
+    image = jax.jit(lambda v: replay_passes(diffwhitted.replace_coefficient(scene, INDEX, v), camera, trees, plans[1]))
+    along = jax.jit(lambda v: jax.jvp(image, (v,), (jnp.ones_like(v),)))
+    value = jnp.asarray(1.5, scene.dtype)
+    alone, both = taking_turns([lambda: image(value), lambda: along(value)])
+    return [
+        Figure("filtered picture / plain picture", ratio(ours, plain).median, "", 3.0, f"{ours}; plain {plain}"),
+        Figure("nodes of the filtered tree / plain", nodes[1] / nodes[0], "", 1.3, f"{nodes[1]} against {nodes[0]}"),
+        Figure("filtered replay with its derivative in the index / without", ratio(both, alone).median, "", 3.0, f"{both}; without {alone}"),
+    ]
+
+
+def _compile() -> list[Figure]:
+    found = [in_fresh_process("edges", what) for what in ("picture", "derivative")]
+    return [Figure(f"compile of a filtered {f['what']}, tracing included", f["seconds"], "s", limit, f"tracing {f['tracing']:.1f} s")
+            for f, limit in zip(found, (None, 8.0), strict=True)]
+
+
+def _measured_here(what: str) -> dict:
+    scene = spheres()
+    camera = scene.cameras["main"]
+    plan = make_plan(scene, camera, capacity=likely_room(camera), footprint=1)
+    begun = time.perf_counter()
+    if what == "picture":
+        lowered = trace_pass.lower(scene, camera, plan, jnp.int32(0), 1)
+    else:
+        image = lambda v: diffwhitted.render(diffwhitted.replace_coefficient(scene, INDEX, v), camera, plan=plan)  # noqa: E731
+        lowered = jax.jit(lambda v: jax.jvp(image, (v,), (jnp.ones_like(v),))).lower(jnp.asarray(1.5, scene.dtype))
+    traced = time.perf_counter()
+    lowered.compile()
+    return {"what": what, "tracing": traced - begun, "seconds": time.perf_counter() - begun}
+
+
+def _fits() -> list[Figure]:
+    scene = spheres()
+    camera = scene.cameras["main"]
+    worst, slowest = 0.0, 0.0
+    for truth in (1.33, 1.5, 2.2):
+        target = area_true(changed(scene, truth, 0.0), camera, 32).astype(np.float32)
+        for start in STARTS:
+            found = fitting.fit(scene, target, [INDEX], start={INDEX: start})
+            worst, slowest = max(worst, abs(found[INDEX].value - truth)), max(slowest, found.seconds_solve)
+    note = f"truth 1.33, 1.5, 2.2 from {', '.join(map(str, STARTS))}; 160x120"
+    return [Figure("fit of an index, largest error", worst, "", 1e-3, note), Figure("fit of an index, slowest, after compiling", slowest, "s", 3.0, note)]
+
+
+if __name__ == "__main__":
+    run("edges", measure, _measured_here)
