@@ -178,4 +178,4 @@ def _without_effect(scene: Scene, name: str, free: Sequence[str], max_depth: int
 
 
 def _shown(value) -> str:
-    return np.array2string(np.asarray(value), precision=4, separator=", ")
+    return np.array2string(np.asarray(value), precision=4, separator=", ", legacy=False)

@@ -6,3 +6,14 @@ Scenes stay in float32 unless a test asks for float64.
 import jax
 
 jax.config.update("jax_enable_x64", True)
+
+LONGEST = ("test_notebooks", "test_edges", "test_fit_index", "test_gradients", "test_fuzz", "test_fit")
+"""Files that take minutes, begun first so that no worker is left with one at the end."""
+
+
+def pytest_collection_modifyitems(items):
+    def place(item):
+        name = item.path.stem
+        return LONGEST.index(name) if name in LONGEST else len(LONGEST)
+
+    items.sort(key=place)

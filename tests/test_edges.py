@@ -79,9 +79,8 @@ def test_derivatives_are_finite_at_any_index(index, along):
 
 
 def test_reverse_mode_agrees_with_forward_mode_and_with_the_difference_of_the_filtered_loss():
-    scene, camera = scene_of("spheres")
-    camera = camera.resized(40, 30)
-    plan = make_plan(scene, camera, footprint=1, capacity=3 * 40 * 30)
+    scene, camera = scene_of("smooth")
+    plan = make_plan(scene, camera, footprint=1, capacity=3 * 80 * 60)
     target = traced_passes(changed(scene, 1.4, 0.0), camera, plan)[0]
 
     def loss(value):

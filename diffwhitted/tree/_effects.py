@@ -69,7 +69,7 @@ def calls_for(scene: Scene, material: str, coefficient: str, free: Collection[st
         return f"{name} is traced and may be anything"
     if not np.any(np.asarray(value) > 0):
         return None
-    return f"{name} = {np.array2string(np.asarray(value), precision=4, separator=', ')}"
+    return f"{name} = {np.array2string(np.asarray(value), precision=4, separator=', ', legacy=False)}"
 
 
 def decide_effects(scene: Scene, free: Collection[str] = (), max_depth: int | None = None,

@@ -147,7 +147,10 @@ def _patterned(coefficient: Vec3, material, patterns, textures: tuple[int, ...])
 
 
 def _highlight(tables: Tables, plan: Plan, material, at: Arrival, to_light: Vec3):
-    return lobe(_apart(plan, material, at.normal, to_light, at.direction), lookup(tables.materials.phong_exponent, material))
+    value = lobe(_apart(plan, material, at.normal, to_light, at.direction), lookup(tables.materials.phong_exponent, material))
+    if "off" not in plan.highlight_models:
+        return value
+    return jnp.where(lookup(jnp.asarray([model == "off" for model in plan.highlight_models]), material), 0, value)
 
 
 def _apart(plan: Plan, material, normal: Vec3, to_light: Vec3, incoming: Vec3) -> Vec3:
