@@ -16,7 +16,7 @@ from ..geometry import Footprint, Ray, surface_at
 from ..scene import Camera, Tables
 from ._arrival import Arrival, arrival
 from ._beam import arriving
-from ._departure import any_ray, departing, parents_of
+from ._departure import any_ray, departing
 from ._local import local_radiance
 from ._plan import Plan
 from ._record import Nodes, Record, follow
@@ -45,7 +45,8 @@ def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, number: I
             film, state = carry
             nodes = read_block(record.nodes, start, plan.block)
             alive = (start + jnp.arange(plan.block) < end) & plan.in_picture(number, nodes.origin.pixel)
-            parents, throughput = parents_of(nodes.origin, state) if branching else (None, white)
+            # Camera rays read the first node for nothing: a branch without it would cost reverse mode a whole state of zeros.
+            parents, throughput = jax.tree.map(lambda a: a[nodes.origin.parent], state) if branching else (None, white)
             throughput = where(nodes.origin.lineage == 0, white, throughput)
             added, arrived = visit(nodes, parents, throughput, alive)
             film = jax.tree.map(lambda f, a: f.at[nodes.origin.pixel].add(a), film, added)
