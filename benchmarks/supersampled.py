@@ -10,7 +10,7 @@ import numpy as np
 import diffwhitted as dw
 from diffwhitted._render import render_passes
 from diffwhitted.scene import tabulate
-from diffwhitted.tree import make_plan, record, replay
+from diffwhitted.tree import make_plan, trace
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "glass_between_spheres.toml"
 INDEX = "glass.refractive_index"
@@ -57,8 +57,8 @@ def _total(scene, camera, plan, offsets):
     tables, number = tabulate(scene), jnp.int32(0)
 
     def one(total, offset):
-        tree = record(tables, camera, plan, number, offset)
-        return total + replay(tables, camera, tree, plan, number, offset).stacked(axis=-1), tree.descendants
+        film, descendants = trace(tables, camera, plan, number, offset)
+        return total + film.stacked(axis=-1), descendants
 
     total, needed = jax.lax.scan(one, jnp.zeros((plan.pass_pixels, 3), scene.dtype), offsets)
     return total, needed.max()

@@ -16,6 +16,7 @@ from .._safe import normalise, safe_divide
 from .._stage import packed, stage
 from .._vector import Vec3, dot, lookup, where
 from ..geometry import (
+    LEAST_COVERAGE,
     NOTHING,
     Departure,
     Edge,
@@ -42,8 +43,6 @@ STEEPEST = 1.6
 """Slant beyond which a footprint that runs to the horizon is cut off: at 2 its far end is infinitely far away."""
 WIDEST = 1.0
 """Radians."""
-LEAST = 1e-3
-"""A rim that leaves less than this share of a pixel on one side does not count."""
 
 
 def arriving(shapes: Shapes, ray: Ray, footprint: Footprint, object: Int[Array, "n"], entering: Bool[Array, "n"],
@@ -94,7 +93,7 @@ def radicand(at: Arrival, eta: Float[Array, "n"]) -> Linear:
 
 def is_rim(square: Linear) -> Bool[Array, "n"]:
     """Does total internal reflection begin within the pixel?"""
-    return is_cut(square, LEAST)
+    return is_cut(square, LEAST_COVERAGE)
 
 
 def child_beam(tables: Tables, plan: Plan, at: Arrival, branch: Int[Array, "n"], factor: Vec3,
