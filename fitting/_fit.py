@@ -18,9 +18,9 @@ from ._errors import FitError
 from ._outcome import outcome, rest_test, with_runs
 from ._problem import Part, Problem, prepared
 from ._pyramid import blurs
-from ._scan import best_of
 from ._rest import nearly
 from ._result import FitResult, FitStep
+from ._scan import best_of
 from ._solve import Solution, solve
 from ._target import Target, as_targets
 from ._unknowns import free_coefficients, list_unknowns, start_values
@@ -83,13 +83,13 @@ def _moves(unknowns) -> bool:
 
 def _solved(problem: Problem, point: np.ndarray, max_steps: int, at_rest, on_step, scale: float) -> Solution:
     """One run of the solver from a starting point, where rays move from blurred to sharp residuals."""
-    camera, history, seconds = problem.views[0][0].camera, [], 0.0
+    camera, history, begun = problem.views[0][0].camera, [], time.perf_counter()
 
     def settled(values, factor, remainder, loss) -> bool:
         return nearly(values, factor, remainder, problem.unknowns, 1e-4)
 
     def seen(step: FitStep):
-        history.append(replace(step, step=len(history), seconds=seconds + step.seconds))
+        history.append(replace(step, step=len(history), seconds=time.perf_counter() - begun))
         if on_step is not None:
             on_step(history[-1])
 
@@ -99,10 +99,10 @@ def _solved(problem: Problem, point: np.ndarray, max_steps: int, at_rest, on_ste
     for sigma in levels:
         solution = solve(problem, point, max_steps=max_steps, at_rest=settled if sigma else at_rest, on_step=seen,
                          loss_scale=scale, sigma=sigma)
-        point, seconds = solution.values, seconds + solution.seconds
+        point = solution.values
         if solution.interrupted:
             break
-    return replace(solution, history=tuple(history), seconds=seconds)
+    return replace(solution, history=tuple(history), seconds=time.perf_counter() - begun)
 
 
 def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, samples: int, max_depth, footprint: int):

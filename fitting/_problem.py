@@ -110,8 +110,7 @@ def _blurred_factors(problem: Problem, rows: tuple[np.ndarray, ...], sigma: floa
         passes = np.stack([next(rest) for _ in view])
         picture = np.asarray(gathered(passes.reshape(len(view), -1, passes.shape[-1]), camera.height, camera.width))
         picture = np.moveaxis(picture, -1, 0).reshape(-1, 3, camera.height, camera.width)
-        tall = blurred(picture, sigma).reshape(picture.shape[0], -1).T
-        factors.append(np.linalg.qr(np.vstack([tall, np.zeros((tall.shape[1],) * 2, tall.dtype)]), mode="r"))
+        factors.append(_factor_of(blurred(picture, sigma).reshape(picture.shape[0], -1).T))
     return factors
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ._result import FitResult, FittedCoefficient, FitView
+from ._result import FitResult, FitView
 from ._tables import (
     STATUS_WORDS,
     deviation_text,

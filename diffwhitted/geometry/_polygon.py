@@ -2,7 +2,6 @@
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
 
 from .._coverage import Linear
 from .._safe import length, normalise, safe_divide
