@@ -8,9 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 
 import diffwhitted as dw
-from diffwhitted._render import render_passes
 from diffwhitted.scene import tabulate
-from diffwhitted.tree import make_plan, trace
+from diffwhitted.tree import grid, make_plan, trace
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "glass_between_spheres.toml"
 INDEX = "glass.refractive_index"
@@ -41,7 +40,7 @@ SCENES = {"spheres": spheres, "glass alone": glass_alone, "smooth": smooth}
 def changed(scene, index, across):
     """The scene with this index of the glass, its sphere `across` metres from the middle."""
     scene = dw.replace_coefficient(scene, INDEX, jnp.asarray(index, scene.dtype))
-    centre = jnp.zeros(3, scene.dtype).at[0].set(across)
+    centre = jnp.zeros(3, scene.dtype).at[0].set(jnp.asarray(across, scene.dtype))
     return eqx.tree_at(lambda s: next(o for o in s.objects if o.name == "ball").centre, scene, centre)
 
 
@@ -53,14 +52,14 @@ def places(count, seed=0):
 
 
 @eqx.filter_jit
-def _total(scene, camera, plan, offsets):
+def _total(scene, camera, plan, spots):
     tables, number = tabulate(scene), jnp.int32(0)
 
-    def one(total, offset):
-        film, descendants = trace(tables, camera, plan, number, offset)
+    def one(total, spot):
+        film, descendants = trace(tables, camera, plan, grid(plan, camera, number, spot))
         return total + film.stacked(axis=-1), descendants
 
-    total, needed = jax.lax.scan(one, jnp.zeros((plan.pass_pixels, 3), scene.dtype), offsets)
+    total, needed = jax.lax.scan(one, jnp.zeros((plan.pass_pixels, 3), scene.dtype), spots)
     return total, needed.max()
 
 
@@ -69,8 +68,8 @@ def area_true(scene, camera, side, seed=0):
     plan = make_plan(scene, camera, footprint=0, capacity=4 * camera.width * camera.height)
     assert plan.passes == 1
     total = 0
-    for offsets in places(side * side, seed).reshape(-1, 64, 2):
-        part, needed = _total(scene, camera, plan, jnp.asarray(offsets))
+    for spots in places(side * side, seed).reshape(-1, 64, 2):
+        part, needed = _total(scene, camera, plan, jnp.asarray(spots))
         assert needed <= plan.capacity
         total = total + np.asarray(part, np.float64)
     return (total / side**2)[: camera.width * camera.height].reshape(camera.height, camera.width, 3)
@@ -82,18 +81,11 @@ def reference(make, camera, step, side, seed=0):
     return (below + above) / 2, (above - below) / (2 * step)
 
 
-@eqx.filter_jit
-def _derivative(scene, camera, plan, point, along):
-    return jax.jvp(lambda p: render_passes(changed(scene, *p), camera, plan), (point,), (along,))
-
-
-def filtered(scene, camera, index=1.5, across=0.0, along=(1.0, 0.0), trees=1):
+def filtered(scene, camera, index=1.5, across=0.0, along=(1.0, 0.0), trees=1, refine=False):
     """Image and derivative, in index and place of the sphere `along`, of `trees` x `trees` filtered trees a pixel."""
-    plan = make_plan(scene, camera, footprint=trees, capacity=3 * camera.width * camera.height)
-    point, along = (tuple(jnp.asarray(x, scene.dtype) for x in pair) for pair in ((index, across), along))
-    (image, needed), (derivative, _) = _derivative(scene, camera, plan, point, along)
-    assert needed <= plan.capacity
-    return np.asarray(image, np.float64), np.asarray(derivative, np.float64)
+    found = dw.derivative(lambda step: changed(scene, index + along[0] * step, across + along[1] * step), 0.0, camera,
+                          free=(INDEX,), footprint=trees, refine=refine)
+    return found.image.astype(np.float64), found.slope.astype(np.float64)
 
 
 def cosine(a, b):

@@ -131,7 +131,7 @@ def _counted(scene: Scene, camera: Camera, free: Collection[str], max_depth: int
 def _are_rays(camera: Camera, plan: Plan, trees: Record) -> np.ndarray:
     """Which slots (passes, slots) of recorded trees hold a ray: not those past the picture or past the tree's end."""
     slot = np.arange(plan.slots)
-    pixel = plan.picture_pixel(np.arange(plan.passes)[:, None], slot)
+    pixel = np.arange(plan.passes)[:, None] + slot * plan.passes
     primary = (slot < plan.pass_pixels) & (pixel < camera.width * camera.height)
     end = plan.pass_pixels + np.asarray(trees.descendants)[:, None]
     return primary | ((slot >= plan.pass_pixels) & (slot < end))

@@ -12,7 +12,7 @@ from ._errors import CapacityError, SceneError
 from ._workers import side_by_side
 from .image import gathered
 from .scene import Camera, Scene, depth_number, is_traced, split_name, tabulate, whole_number
-from .tree import Plan, Record, likely_room, make_plan, record, replay, trace
+from .tree import Plan, Record, grid, likely_room, make_plan, record, replay, sample_places, trace
 
 
 def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: int = 1,
@@ -107,8 +107,8 @@ def trace_pass(scene: Scene, camera: Camera, plan: Plan, number: Int[Array, ""],
     """One pass of the picture, (3, plan.pass_pixels), and for each sample how many rays other than camera rays it takes."""
     tables = tabulate(scene)
 
-    def one_sample(offset):
-        film, descendants = trace(tables, camera, plan, number, offset)
+    def one_sample(place):
+        film, descendants = trace(tables, camera, plan, grid(plan, camera, number, place))
         return film.stacked(axis=0), descendants
 
     film, needed = jax.lax.map(one_sample, sample_places(plan.footprint or samples, scene.dtype))
@@ -120,13 +120,14 @@ def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
     """The image (height, width, 3), differentiable, and the most rays other than camera rays that one pass needs."""
     tables = tabulate(scene)
 
-    def one_sample(number, offset):
-        tree = record(tables, camera, plan, number, offset)
-        return replay(tables, camera, tree, plan, number, offset).stacked(axis=0), tree.descendants
+    def one_sample(number, place):
+        samples = grid(plan, camera, number, place)
+        tree = record(tables, camera, plan, samples)
+        return replay(tables, camera, tree, plan, samples).stacked(axis=0), tree.descendants
 
     def one_pass(number):
         places = sample_places(plan.footprint or samples, scene.dtype)
-        film, needed = jax.lax.map(lambda offset: one_sample(number, offset), places)
+        film, needed = jax.lax.map(lambda place: one_sample(number, place), places)
         return film.mean(axis=0), needed.max()
 
     film, needed = jax.lax.map(one_pass, _pass_numbers(plan))
@@ -146,29 +147,23 @@ def _assembled(passes, camera: Camera):
 
 
 @eqx.filter_jit
-def record_passes(scene: Scene, camera: Camera, plan: Plan, offset=None) -> Record:
+def record_passes(scene: Scene, camera: Camera, plan: Plan, place=None) -> Record:
     """The recorded trees of all passes, stacked."""
-    tables, offset = tabulate(scene), _centre(scene) if offset is None else offset
-    return jax.lax.map(lambda number: record(tables, camera, plan, number, offset), _pass_numbers(plan))
+    tables, place = tabulate(scene), _centre(scene) if place is None else place
+    return jax.lax.map(lambda number: record(tables, camera, plan, grid(plan, camera, number, place)), _pass_numbers(plan))
 
 
 @eqx.filter_jit
-def replay_passes(scene: Scene, camera: Camera, trees: Record, plan: Plan, offset=None) -> Float[Array, "height width 3"]:
+def replay_passes(scene: Scene, camera: Camera, trees: Record, plan: Plan, place=None) -> Float[Array, "height width 3"]:
     """The image of recorded trees, differentiable in `scene` and `camera`."""
-    tables, offset = tabulate(scene), _centre(scene) if offset is None else offset
+    tables, place = tabulate(scene), _centre(scene) if place is None else place
 
     def one_pass(inputs):
         number, tree = inputs
-        return replay(tables, camera, tree, plan, number, offset).stacked(axis=0)
+        return replay(tables, camera, tree, plan, grid(plan, camera, number, place)).stacked(axis=0)
 
     film = jax.lax.map(one_pass, (_pass_numbers(plan), trees))
     return gathered(film, camera.height, camera.width)
-
-
-def sample_places(side: int, dtype) -> Float[Array, "samples 2"]:
-    """Places (column, row) in a pixel, the middles of side x side squares."""
-    steps = (np.arange(side) + 0.5) / side
-    return jnp.asarray([(column, row) for row in steps for column in steps], dtype)
 
 
 def _pass_numbers(plan: Plan):

@@ -8,10 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.stats import qmc
 
-from diffwhitted._render import sample_places
 from diffwhitted.image import dealt
 from diffwhitted.scene import Camera, Scene, depth_number, whole_number
-from diffwhitted.tree import Plan, decide_effects, likely_room, make_plan
+from diffwhitted.tree import Plan, decide_effects, likely_room, make_plan, sample_places
 
 from ._bounds import Bounds
 from ._errors import FitError
@@ -108,22 +107,22 @@ def _solved(problem: Problem, point: np.ndarray, max_steps: int, at_rest, on_ste
 def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, samples: int, max_depth, footprint: int):
     """The problem, and the number by which its mean square becomes the sum of squares; all programs are compiled."""
     total = float(sum(3 * (t.mask > 0).sum() for t in targets))
-    moving, offsets = _moves(unknowns), sample_places(footprint or samples, scene.dtype)
+    moving, places = _moves(unknowns), sample_places(footprint or samples, scene.dtype)
     values, bounds = jnp.asarray(first, scene.dtype), Bounds(unknowns)
     views = []
     for target in targets:
         camera = scene.cameras[target.camera]
         weight = np.sqrt(target.mask) / (UNIT if target.noise is None else target.noise) / np.sqrt(total)
         plan = make_plan(scene, camera, free=names, max_depth=max_depth, capacity=likely_room(camera), footprint=footprint)
-        views.append(_parts(camera, target.image, weight, offsets, plan))
+        views.append(_parts(camera, target.image, weight, places, plan))
     recorded = tuple(prepared(scene, unknowns, values, parts, moving) for parts in views)
     return Problem(scene, bounds, recorded, unknowns), total
 
 
-def _parts(camera: Camera, image: np.ndarray, weight: np.ndarray, offsets, plan: Plan) -> tuple[Part, ...]:
+def _parts(camera: Camera, image: np.ndarray, weight: np.ndarray, places, plan: Plan) -> tuple[Part, ...]:
     """The passes of a target, without trees."""
-    image, weight = (np.asarray(dealt(jnp.asarray(a, offsets.dtype), plan.passes, plan.pass_pixels)) for a in (image, weight[..., None]))
-    return tuple(Part(camera, jnp.int32(n), jnp.asarray(image[n]), jnp.asarray(weight[n, 0]), offsets, None, plan) for n in range(plan.passes))
+    image, weight = (np.asarray(dealt(jnp.asarray(a, places.dtype), plan.passes, plan.pass_pixels)) for a in (image, weight[..., None]))
+    return tuple(Part(camera, jnp.int32(n), jnp.asarray(image[n]), jnp.asarray(weight[n, 0]), places, None, plan) for n in range(plan.passes))
 
 
 def _starting_points(first: np.ndarray, unknowns, starts: int) -> list[np.ndarray]:

@@ -21,7 +21,7 @@ from jaxtyping import Array, Float, Int
 from diffwhitted._workers import side_by_side
 from diffwhitted.image import gathered
 from diffwhitted.scene import Camera, Scene, tabulate
-from diffwhitted.tree import Plan, Record, record, replay
+from diffwhitted.tree import Plan, Record, grid, record, replay
 
 from ._bounds import Bounds
 from ._pyramid import blurred
@@ -39,7 +39,7 @@ class Part(eqx.Module):
     target: Float[Array, "3 pixels"]
     weight: Float[Array, "pixels"]
     """Square root of the mask over the noise, divided by the root of the number of residuals."""
-    offsets: Float[Array, "samples 2"]
+    places: Float[Array, "samples 2"]
     """Where in each pixel the samples are."""
     trees: Record | None
     """The recorded trees (samples, ...); None where rays move, so that each evaluation records."""
@@ -144,7 +144,7 @@ def part_rows(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array, 
 def record_part(scene: Scene, unknowns: tuple[Unknown, ...], values, part: Part) -> Record:
     """The trees of a part at these coefficients, one a sample."""
     tables = tabulate(insert(scene, unknowns, jax.lax.stop_gradient(values)))
-    return jax.lax.map(lambda offset: record(tables, part.camera, part.plan, part.number, offset), part.offsets)
+    return jax.lax.map(lambda place: record(tables, part.camera, part.plan, grid(part.plan, part.camera, part.number, place)), part.places)
 
 
 def _film(scene: Scene, part: Part, trees: Record) -> Float[Array, "3 pixels"]:
@@ -152,10 +152,10 @@ def _film(scene: Scene, part: Part, trees: Record) -> Float[Array, "3 pixels"]:
     tables = tabulate(scene)
 
     def one_sample(sample):
-        tree, offset = sample
-        return replay(tables, part.camera, tree, part.plan, part.number, offset).stacked(axis=0)
+        tree, place = sample
+        return replay(tables, part.camera, tree, part.plan, grid(part.plan, part.camera, part.number, place)).stacked(axis=0)
 
-    return jax.lax.map(one_sample, (trees, part.offsets)).mean(axis=0)
+    return jax.lax.map(one_sample, (trees, part.places)).mean(axis=0)
 
 
 def _value_and_columns(fn, values: Float[Array, "p"]):

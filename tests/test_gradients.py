@@ -180,7 +180,7 @@ def mirror_floor(**coefficients):
 def sky_seen(scene, mirrored):
     """What the floor lets in along straight and along mirrored rays."""
     camera = scene.cameras["main"]
-    ray = camera.pixel_rays(jnp.arange(WIDTH * HEIGHT), jnp.asarray([0.5, 0.5]))
+    ray = camera.rays(*camera.place(jnp.arange(WIDTH * HEIGHT), jnp.asarray([0.5, 0.5])))
     assert (ray.direction.y < 0).all()
     height = 0.5 * (1 + np.asarray(ray.direction.y) * (-1 if mirrored else 1))[:, None]
     background = scene.background

@@ -296,7 +296,7 @@ def mirrored_view(width, height, precision="float64"):
     """A mirror seen from above and the picture that algebra gives: half the sky along the mirrored ray."""
     scene = of([ground("mirror", -1, k_s=0.5)], precision=precision)
     camera = camera_of(scene, (0, 0, 0), (0.1, -2, -1), 2, width, height)
-    ray = camera.pixel_rays(jnp.arange(width * height), jnp.asarray([0.5, 0.5], scene.dtype))
+    ray = camera.rays(*camera.place(jnp.arange(width * height), jnp.asarray([0.5, 0.5], scene.dtype)))
     return scene, camera, 0.5 * sky(-np.asarray(ray.direction.y)).reshape(height, width, 3)
 
 
@@ -312,7 +312,7 @@ def test_pictures_of_any_size(width, height):
 def test_an_empty_scene_is_its_background():
     empty = dw.Scene(objects=[], materials={}, background=SKY, precision="float64")
     camera = camera_of(empty, (0, 0, 0), (1, 1, 1), 90, 5, 4)
-    ray = camera.pixel_rays(jnp.arange(20), jnp.asarray([0.5, 0.5]))
+    ray = camera.rays(*camera.place(jnp.arange(20), jnp.asarray([0.5, 0.5])))
     np.testing.assert_allclose(dw.render(empty, camera), sky(np.asarray(ray.direction.y)).reshape(4, 5, 3), atol=1e-12)
 
 

@@ -168,13 +168,14 @@ def test_camera_rays():
     vfov = 2 * np.arctan(np.tan(book["fov_of_the_longer_side_rad"] / 2) * high / wide)
     camera = dw.Camera(np.zeros(3), book["looks_along"], np.degrees(vfov), wide, high)
     for case in book["rays"]:
-        ray = camera.pixel_rays(jnp.asarray([case["py"] * wide + case["px"]]), jnp.asarray([0.5, 0.5]))
+        ray = camera.rays(*camera.place(jnp.asarray([case["py"] * wide + case["px"]]), jnp.asarray([0.5, 0.5])))
         np.testing.assert_allclose(ray.direction.stacked()[0] * np.array([-1, 1, 1]), case["direction"], atol=5e-6)
         assert ray.origin.stacked()[0].tolist() == case["origin"]
     for size in book["pixel_size"]:
         wide, high = size["hsize"], size["vsize"]
         vfov = 2 * np.arctan(np.tan(np.pi / 4) * high / max(wide, high))
-        ray = dw.Camera(np.zeros(3), (0, 0, -1), np.degrees(vfov), wide, high).pixel_rays(jnp.asarray([0, 1]), jnp.asarray([0.5, 0.5]))
+        view = dw.Camera(np.zeros(3), (0, 0, -1), np.degrees(vfov), wide, high)
+        ray = view.rays(*view.place(jnp.asarray([0, 1]), jnp.asarray([0.5, 0.5])))
         on_screen = np.asarray(ray.direction.x / -ray.direction.z)
         assert on_screen[1] - on_screen[0] == pytest.approx(size["pixel_size"])
 

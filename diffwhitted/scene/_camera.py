@@ -75,17 +75,14 @@ class Camera(eqx.Module):
         direction = normalise(ahead + right * across + top * upwards)
         return Ray(position * jnp.ones_like(direction.x), direction)
 
-    def pixel_rays(self, pixel: Int[Array, "*n"], offset: Float[Array, "2"]) -> Ray:
-        """Rays through `offset` (column, row; 0.5, 0.5 the centre) inside the pixels, counted row by row."""
+    def place(self, pixel: Int[Array, "*n"], inside: Float[Array, "2"]) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
+        """Column and row of the place `inside` pixels (0.5, 0.5 the centre), which are counted row by row."""
         dtype = self.look_from.dtype
-        column, row = pixel % self.width, pixel // self.width
-        return self.rays(column.astype(dtype) + offset[0], row.astype(dtype) + offset[1])
+        return (pixel % self.width).astype(dtype) + inside[0], (pixel // self.width).astype(dtype) + inside[1]
 
-    def pixel_footprint(self, pixel: Int[Array, "*n"], offset: Float[Array, "2"], size: float) -> Footprint:
-        """The change of these rays over squares of `size` times `size` pixels."""
-        dtype = self.look_from.dtype
-        place = (pixel % self.width).astype(dtype) + offset[0], (pixel // self.width).astype(dtype) + offset[1]
-        side, none = jnp.full_like(place[0], size), jnp.zeros_like(place[0])
+    def footprint(self, column: Float[Array, "*n"], row: Float[Array, "*n"], side: Float[Array, ""]) -> Footprint:
+        """The change of the rays through these positions over squares of `side` times `side` pixels."""
+        place, side, none = (column, row), side * jnp.ones_like(column), jnp.zeros_like(column)
         return Footprint(jax.jvp(self.rays, place, (side, none))[1], jax.jvp(self.rays, place, (none, side))[1])
 
 

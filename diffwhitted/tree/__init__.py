@@ -5,8 +5,9 @@ from ._effects import EFFECT_NAMES, Decision, Effects, decide_effects
 from ._plan import Plan, likely_room, make_plan
 from ._record import Nodes, Record, record
 from ._replay import replay, trace
+from ._samples import Samples, grid, sample_places
 
 __all__ = [
-    "BRANCH_NAMES", "EFFECT_NAMES", "Decision", "Effects", "Nodes", "Plan", "Record",
-    "decide_effects", "likely_room", "make_plan", "record", "replay", "trace",
+    "BRANCH_NAMES", "EFFECT_NAMES", "Decision", "Effects", "Nodes", "Plan", "Record", "Samples",
+    "decide_effects", "grid", "likely_room", "make_plan", "record", "replay", "sample_places", "trace",
 ]

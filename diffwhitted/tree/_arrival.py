@@ -19,8 +19,8 @@ BRANCHES = 8
 class Origin(eqx.Module):
     """Where rays come from in the tree."""
 
-    pixel: Int[Array, "n"]
-    """Which pixel of the pass the ray belongs to."""
+    sample: Int[Array, "n"]
+    """Which sample of the pass the ray belongs to."""
     level: Int[Array, "n"]
     """1 for a camera ray."""
     lineage: Int[Array, "n"]

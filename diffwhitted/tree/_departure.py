@@ -2,7 +2,7 @@
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool
 
 from .._stage import stage
 from .._vector import Vec3
@@ -11,27 +11,27 @@ from ..scene import Camera, Tables
 from ._arrival import Arrival, Origin
 from ._branch import child, departure
 from ._plan import Plan
+from ._samples import Samples
 
 MOST_PASSED = 2
 """So many outlines a ray may run past before those that follow count whole or not at all."""
 
 
-def departing(tables: Tables, camera: Camera, plan: Plan, number: Int[Array, ""], offset: Float[Array, "2"],
+def departing(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
               parents: Arrival | None, origin: Origin, alive: Bool[Array, "n"]) -> tuple[Ray, Footprint | None, Vec3]:
-    """The rays of a block, and the share of their light that goes on: camera rays through `offset` inside their
-    pixels, or the children of `parents`."""
+    """The rays of a block, and the share of their light that goes on: camera rays, or the children of `parents`."""
 
     def camera_rays(parents):
-        pixel = jnp.minimum(plan.picture_pixel(number, origin.pixel), camera.width * camera.height - 1)
-        one = jnp.ones(pixel.shape, tables.ambient.dtype)
-        footprint = camera.pixel_footprint(pixel, offset, 1 / plan.footprint) if plan.footprint else None
-        return camera.pixel_rays(pixel, offset), footprint, Vec3(one, one, one)
+        column, row = samples.column[origin.sample], samples.row[origin.sample]
+        one = jnp.ones_like(column)
+        footprint = camera.footprint(column, row, samples.side) if plan.footprint else None
+        return camera.rays(column, row), footprint, Vec3(one, one, one)
 
     def children(parents):
         return child(tables, plan, parents, origin.branch)
 
     if not plan.branching:
-        return stage(alive[0], camera_rays, parents)
+        return stage(alive.any(), camera_rays, parents)
     return jax.lax.cond(of_camera(origin), camera_rays, children, parents)
 
 
@@ -39,7 +39,7 @@ def sides_of(plan: Plan, parents: Arrival | None, origin: Origin) -> Departure:
     """The surfaces that the rays of a block leave, if any, for the search."""
 
     def camera_rays(parents):
-        nothing = jnp.full(origin.pixel.shape, NOTHING, jnp.int32)
+        nothing = jnp.full(origin.sample.shape, NOTHING, jnp.int32)
         return Departure(nothing, nothing >= 0, (nothing,) * (MOST_PASSED if plan.footprint else 0))
 
     if not plan.branching:
@@ -51,7 +51,7 @@ def parents_of(origin: Origin, arrivals):
     """What stands in `arrivals` for the parent of each ray of a block; zeros for camera rays, which have none."""
 
     def none(arrivals):
-        return jax.tree.map(lambda a: jnp.zeros(origin.pixel.shape, a.dtype), arrivals)
+        return jax.tree.map(lambda a: jnp.zeros(origin.sample.shape, a.dtype), arrivals)
 
     return jax.lax.cond(of_camera(origin), none, lambda arrivals: jax.tree.map(lambda a: a[origin.parent], arrivals), arrivals)
 

@@ -77,14 +77,6 @@ class Plan:
         """Length of the arrays that hold all rays of a pass, with one block to spare at the end."""
         return self.pass_pixels + self.capacity + (self.block if self.capacity else 0)
 
-    def picture_pixel(self, number, pixel):
-        """Which pixel of the picture, counted row by row, is `pixel` of pass `number` (see `image.dealt`)."""
-        return number + pixel * self.passes
-
-    def in_picture(self, number, pixel):
-        """Is `pixel` of pass `number` one of the picture's?"""
-        return self.picture_pixel(number, pixel) < self.picture[0] * self.picture[1]
-
     def shortfall(self, needed: "Plan") -> str | None:
         """What this plan leaves out of `needed`, a plan made for the scene at hand; None if nothing."""
         if self.picture != needed.picture:

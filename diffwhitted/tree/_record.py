@@ -11,7 +11,7 @@ from collections.abc import Callable
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Int
 
 from .._stage import empty_buffers, packed, running_count, stage, write_block
 from .._vector import Vec3, where
@@ -23,6 +23,7 @@ from ._beam import arriving, light_beam
 from ._branch import branches
 from ._departure import any_ray, departing, parents_of, sides_of
 from ._plan import Plan
+from ._samples import Samples
 
 MOST_SHADING = 1
 """So many objects may hide a light in part; further ones count whole or not at all."""
@@ -61,12 +62,12 @@ class Record(eqx.Module):
     """How many there are; more than the plan's capacity means that some were not followed."""
 
 
-def record(tables: Tables, camera: Camera, plan: Plan, number: Int[Array, ""], offset: Float[Array, "2"]) -> Record:
-    """The tree of pass `number`, through `offset` inside each pixel."""
-    return follow(*jax.lax.stop_gradient((tables, camera)), plan, number, jax.lax.stop_gradient(offset))[0]
+def record(tables: Tables, camera: Camera, plan: Plan, samples: Samples) -> Record:
+    """The tree of the samples of a pass."""
+    return follow(*jax.lax.stop_gradient((tables, camera)), plan, jax.lax.stop_gradient(samples))[0]
 
 
-def follow(tables: Tables, camera: Camera, plan: Plan, number: Int[Array, ""], offset: Float[Array, "2"],
+def follow(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
            light_of: Callable | None = None) -> tuple[Record, Vec3 | None]:
     """The tree of a pass and, where `light_of(nodes, arrivals, needed)` is given, its light on the film.
 
@@ -85,16 +86,16 @@ def follow(tables: Tables, camera: Camera, plan: Plan, number: Int[Array, ""], o
         end = jnp.minimum(jnp.minimum(start + plan.block, count), room)
         slot = start + jnp.arange(plan.block, dtype=jnp.int32)
         origin = _origin(plan, nodes.origin, slot, lineage)
-        alive = (slot < end) & plan.in_picture(number, origin.pixel)
+        alive = (slot < end) & samples.there[origin.sample]
         parents, throughput = parents_of(origin, (arrivals, throughputs)) if plan.branching else (None, white)
-        ray, footprint, factor = departing(tables, camera, plan, number, offset, parents, origin, alive)
+        ray, footprint, factor = departing(tables, camera, plan, samples, parents, origin, alive)
         sides = sides_of(plan, parents, origin)
-        followed, at, sends = _follow(tables, plan, ray, footprint, sides, origin, alive[0])
+        followed, at, sends = _follow(tables, plan, ray, footprint, sides, origin, alive.any())
         queue = _append(lineage, count, slot, sends, alive) if plan.branching else (lineage, count)
         if light_of is not None:
             throughput = where(origin.lineage == 0, white, throughput) * factor
-            light = throughput * light_of(followed, at, alive[0])
-            film = jax.tree.map(lambda f, a: f.at[origin.pixel].add(jnp.where(alive, a, 0)), film, light)
+            light = throughput * light_of(followed, at, alive.any())
+            film = jax.tree.map(lambda f, a: f.at[origin.sample].add(jnp.where(alive, a, 0)), film, light)
         buffers = write_block((nodes, arrivals, throughputs), (followed, at, throughput if light_of else None), start)
         return end, block + 1, queue, buffers, (starts.at[block].set(start), ends.at[block].set(end)), film
 
@@ -117,7 +118,7 @@ def _origin(plan: Plan, known: Origin, slot: Int[Array, "n"], queue: Int[Array, 
         lineage = jax.lax.dynamic_slice_in_dim(queue, slot[0], plan.block)
         parent = lineage // BRANCHES
         deeper = (lineage % BRANCHES != PAST).astype(jnp.int8)
-        return Origin(known.pixel[parent], known.level[parent] + deeper, lineage)
+        return Origin(known.sample[parent], known.level[parent] + deeper, lineage)
 
     return jax.lax.cond(slot[0] < plan.pass_pixels, camera, children, known, queue) if plan.branching else camera(known, queue)
 

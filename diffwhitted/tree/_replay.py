@@ -8,7 +8,7 @@ from functools import partial
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Int
 
 from .._stage import empty_buffers, read_block, stage, write_block
 from .._vector import Vec3, where
@@ -20,11 +20,11 @@ from ._departure import any_ray, departing
 from ._local import local_radiance
 from ._plan import Plan
 from ._record import Nodes, Record, follow
+from ._samples import Samples
 
 
-def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, number: Int[Array, ""],
-           offset: Float[Array, "2"]) -> Vec3:
-    """Linear RGB of the pixels of pass `number`, three arrays of shape (plan.pass_pixels,).
+def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, samples: Samples) -> Vec3:
+    """Linear RGB of the samples of a pass, three arrays of shape (plan.pass_pixels,).
 
     Differentiable in `tables` and `camera`, along the recorded tree.
     """
@@ -32,9 +32,9 @@ def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, number: I
 
     @partial(jax.checkpoint, prevent_cse=False)
     def visit(nodes: Nodes, parents: Arrival | None, throughput: Vec3, alive):
-        ray, footprint, factor = departing(tables, camera, plan, number, offset, parents, nodes.origin, alive)
+        ray, footprint, factor = departing(tables, camera, plan, samples, parents, nodes.origin, alive)
         throughput = throughput * factor
-        radiance, arrived = _visit(tables, plan, nodes, ray, footprint, alive[0])
+        radiance, arrived = _visit(tables, plan, nodes, ray, footprint, alive.any())
         added = throughput * radiance
         return where(alive, added, added * 0), (arrived, throughput)
 
@@ -44,12 +44,12 @@ def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, number: I
         def follow(carry):
             film, state = carry
             nodes = read_block(record.nodes, start, plan.block)
-            alive = (start + jnp.arange(plan.block) < end) & plan.in_picture(number, nodes.origin.pixel)
+            alive = (start + jnp.arange(plan.block) < end) & samples.there[nodes.origin.sample]
             # Camera rays read the first node for nothing: a branch without it would cost reverse mode a whole state of zeros.
             parents, throughput = jax.tree.map(lambda a: a[nodes.origin.parent], state) if branching else (None, white)
             throughput = where(nodes.origin.lineage == 0, white, throughput)
             added, arrived = visit(nodes, parents, throughput, alive)
-            film = jax.tree.map(lambda f, a: f.at[nodes.origin.pixel].add(a), film, added)
+            film = jax.tree.map(lambda f, a: f.at[nodes.origin.sample].add(a), film, added)
             return film, write_block(state, arrived, start) if branching else state
 
         return jax.lax.cond(end > start, follow, lambda carry: carry, carry), None
@@ -81,8 +81,7 @@ def light_of(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed) -> V
     return light if at.beam is None else light * at.beam.edge.share
 
 
-def trace(tables: Tables, camera: Camera, plan: Plan, number: Int[Array, ""],
-          offset: Float[Array, "2"]) -> tuple[Vec3, Int[Array, ""]]:
+def trace(tables: Tables, camera: Camera, plan: Plan, samples: Samples) -> tuple[Vec3, Int[Array, ""]]:
     """What `record` and `replay` give, in one go and without derivatives: the film, and the number of descendants."""
-    tree, film = follow(tables, camera, plan, number, offset, partial(light_of, tables, plan))
+    tree, film = follow(tables, camera, plan, samples, partial(light_of, tables, plan))
     return film, tree.descendants

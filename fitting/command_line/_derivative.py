@@ -13,7 +13,7 @@ from ._options import CameraName, Depth, Height, Precision, PrecisionName, Scene
 if TYPE_CHECKING:
     import numpy as np
 
-    from diffwhitted import Camera, Scene
+    from diffwhitted import Camera, Derivative, Scene
 
 Of = Annotated[str, typer.Option("--of", metavar="NAME", show_default=False, help="MATERIAL.COEFFICIENT, such as glass.refractive_index.")]
 Out = Annotated[Path, typer.Option(
@@ -21,6 +21,8 @@ Out = Annotated[Path, typer.Option(
     help="Image to write: .exr .tif hold the derivative itself, linear RGB; .png shows it in signed colours with a scale.")]
 Footprint = Annotated[int, typer.Option(
     "--footprint", metavar="K", min=0, max=64, help="K x K filtered trees a pixel; 0: points, whose derivative does not see edges move.")]
+Refine = Annotated[bool, typer.Option(
+    "--refine/--no-refine", help="2 x 2 trees for each of those of the pixels where the derivative is largest, a fifteenth at most.")]
 Check = Annotated[bool, typer.Option(
     "--check", help="Also measure the central difference of heavily supersampled pictures, and say how well it agrees.")]
 CheckSamples = Annotated[int, typer.Option("--check-samples", metavar="N", min=8, max=256, help="N x N points a pixel for --check.")]
@@ -30,7 +32,7 @@ CheckStep = Annotated[float | None, typer.Option(
 
 def derivative(
     scene: ScenePath, of: Of, out: Out, camera: CameraName = None, width: Width = None, height: Height = None, depth: Depth = None,
-    footprint: Footprint = 1, check: Check = False, check_samples: CheckSamples = 64, check_step: CheckStep = None,
+    footprint: Footprint = 1, refine: Refine = True, check: Check = False, check_samples: CheckSamples = 64, check_step: CheckStep = None,
     precision: PrecisionName = Precision.float32,
 ) -> None:
     """Write the derivative of a picture in one coefficient.
@@ -40,6 +42,8 @@ def derivative(
       diffwhitted derivative scene.toml --of glass.refractive_index -o slope.png --check
     """
     set_up(precision)
+    import numpy as np
+
     from diffwhitted import load_scene
     from diffwhitted.image import check_writable, write_image
     from fitting._unknowns import free_coefficients
@@ -49,7 +53,8 @@ def derivative(
     name, view = chosen_camera(loaded, camera)
     view = view.resized(width, height)
     free_coefficients(loaded, [of], depth)
-    slope = derivative_image(loaded, view, of, depth, footprint)
+    found = derivative_image(loaded, view, of, depth, footprint, refine)
+    slope = found.slope
     truth = None
     if check:
         truth, step = difference_image(loaded, view, of, depth, check_samples, check_step)
@@ -59,23 +64,19 @@ def derivative(
         signed_picture(out, [slope] if truth is None else [slope, truth], of)
     else:
         write_image(out, slope, metadata={"scene": scene.name, "camera": name, "content": f"d image / d {of}", "footprint": footprint})
-    print(f"wrote {out}: {view.width} x {view.height} pixels, largest |d/d {of}| {abs(slope).max():.4g}")
+    more = f", {np.count_nonzero(found.refined):,} pixels refined" if found.refined.any() else ""
+    print(f"wrote {out}: {view.width} x {view.height} pixels, largest |d/d {of}| {abs(slope).max():.4g}; {found.rays:,} rays{more}")
     if truth is not None:
         print(agreement(slope, truth, check_samples, step))
 
 
-def derivative_image(scene: Scene, camera: Camera, name: str, depth: int | None, footprint: int) -> np.ndarray:
-    """d image / d coefficient, (height, width, 3); of a coloured coefficient along all its channels at once."""
-    import jax
-    import jax.numpy as jnp
-    import numpy as np
+def derivative_image(scene: Scene, camera: Camera, name: str, depth: int | None, footprint: int, refine: bool) -> Derivative:
+    """Picture and derivative in a coefficient; of a coloured coefficient along all its channels at once."""
+    from diffwhitted import coefficient_value, replace_coefficient
+    from diffwhitted import derivative as in_one_number
 
-    from diffwhitted import coefficient_value, plan, render, replace_coefficient
-
-    settled = plan(scene, camera, free=(name,), max_depth=depth, footprint=footprint)
-    value = jnp.asarray(coefficient_value(scene, name))
-    image = jax.jit(lambda v: jax.jvp(lambda v: render(replace_coefficient(scene, name, v), camera, plan=settled), (v,), (jnp.ones_like(v),))[1])
-    return np.asarray(image(value))
+    return in_one_number(lambda value: replace_coefficient(scene, name, value), coefficient_value(scene, name), camera,
+                         free=(name,), max_depth=depth, footprint=footprint, refine=refine)
 
 
 def difference_image(scene: Scene, camera: Camera, name: str, depth: int | None, samples: int, step: float | None) -> tuple[Any, float]:

@@ -1,0 +1,134 @@
+"""A picture with its derivative in one number, by more trees where the derivative is largest.
+
+A footprint is linear over its pixel. Where the map from the picture to a surface is curved, or an edge runs along the
+side of a pixel, the derivative of one tree is off, and nearly all of that error lies in the few pixels with the
+largest derivatives. These are traced a second time, by `SIDE` x `SIDE` trees each.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ._errors import CapacityError, SceneError
+from ._workers import side_by_side
+from .image import gathered
+from .scene import Camera, Scene, check_footprint, depth_number, tabulate
+from .tree import Plan, Samples, grid, likely_room, make_plan, record, replay, sample_places
+
+SIDE = 2
+MOST_PIXELS = 1 / 15
+"""Of the picture: so many pixels at most are refined."""
+
+
+@dataclass(frozen=True, eq=False)
+class Derivative:
+    """A picture and how it changes with one number."""
+
+    image: np.ndarray
+    """(height, width, 3), linear Rec. 709 RGB."""
+    slope: np.ndarray
+    """(height, width, 3), per unit of the number."""
+    refined: np.ndarray
+    """(height, width), true where more trees were traced."""
+    rays: int
+
+
+def derivative(make: Callable[[Float[Array, "..."]], Scene], value, camera: Camera, *, free: tuple[str, ...] = (),
+               max_depth: int | None = None, footprint: int = 1, refine: bool = True) -> Derivative:
+    """The picture of `make(value)` and its derivative in `value`, a number or an array whose entries change together.
+
+        derivative(lambda n: replace_coefficient(scene, "glass.refractive_index", n), 1.5, camera)
+
+    - `free`: coefficients whose derivative is wanted although they may be zero ("glass.k_s").
+    - `footprint`: k x k filtered trees a pixel; 0 traces points, whose derivative does not see edges move.
+    - `refine`: trace 2 x 2 trees for each of them in the pixels with the largest derivatives, a fifteenth of the picture
+      at most. Only with a footprint.
+
+    `make` may change anything in the scene: coefficients, places, sizes, lights. Forward mode (Igehy 1999 for the
+    footprints; see `tree`). Raises `SceneError` for a footprint or depth that is not one, and `CapacityError` where
+    the tree outgrows the memory.
+    """
+    check_footprint(footprint, "")
+    value = jnp.asarray(value, float)
+    scene, tangent = eqx.filter_jvp(make, (value,), (jnp.ones_like(value),))
+    if not isinstance(scene, Scene):
+        raise SceneError(f"derivative: make(value) gave a {type(scene).__name__}; allowed is a Scene")
+    camera = jax.tree.map(lambda a: a.astype(scene.dtype), camera)
+    plan = make_plan(scene, camera, free=free, max_depth=depth_number(max_depth), capacity=likely_room(camera), footprint=footprint)
+    pixels, samples = camera.width * camera.height, _regular(plan, camera)
+    films, rays = _traced(scene, tangent, camera, plan, samples)
+    per_pixel = max(footprint, 1) ** 2
+    whole = films.reshape(per_pixel, plan.passes, 2, 3, -1).mean(axis=0)
+    image, slope = (np.array(gathered(jnp.asarray(whole[:, part]), camera.height, camera.width)).reshape(pixels, 3) for part in (0, 1))
+    chosen = _largest(slope) if refine and footprint else np.zeros(0, int)
+    if chosen.size:
+        side = SIDE * footprint
+        films, more = _traced(scene, tangent, camera, plan, _finer(plan, camera, chosen, side))
+        finer = films.transpose(1, 2, 0, 3).reshape(2, 3, -1)[:, :, : chosen.size * side**2]
+        image[chosen], slope[chosen] = finer.reshape(2, 3, chosen.size, side**2).mean(axis=-1).transpose(0, 2, 1)
+        rays += more
+    refined = np.zeros(pixels, bool)
+    refined[chosen] = True
+    picture = camera.height, camera.width
+    return Derivative(image.reshape(*picture, 3), slope.reshape(*picture, 3), refined.reshape(picture), rays)
+
+
+def _regular(plan: Plan, camera: Camera) -> list[Samples]:
+    """The passes of the whole picture, for each of the trees of a pixel."""
+    places = sample_places(max(plan.footprint, 1), camera.look_from.dtype)
+    return [grid(plan, camera, jnp.int32(number), place) for place in places for number in range(plan.passes)]
+
+
+def _largest(slope: np.ndarray) -> np.ndarray:
+    """The pixels, counted row by row, with the largest derivatives, none where it is zero."""
+    size = np.square(slope, dtype=np.float64).sum(axis=-1)
+    most = min(max(1, int(MOST_PIXELS * size.size)), np.count_nonzero(size))
+    return np.sort(np.argpartition(-size, most - 1)[:most]) if most else np.zeros(0, int)
+
+
+def _finer(plan: Plan, camera: Camera, pixels: np.ndarray, side: int) -> list[Samples]:
+    """Passes of side x side samples for each of these pixels, one pixel after the other."""
+    dtype = camera.look_from.dtype
+    inside = np.asarray(sample_places(side, dtype))
+    column, row = ((at[:, None] + inside[:, axis]).reshape(-1).astype(dtype) for axis, at in enumerate((pixels % camera.width, pixels // camera.width)))
+    count = plan.pass_pixels
+    room = -column.size % count
+    there = np.arange(column.size + room) < column.size
+    column, row = (np.pad(a, (0, room), mode="edge").reshape(-1, count) for a in (column, row))
+    size = jnp.asarray(1 / side, dtype)
+    return [Samples(jnp.asarray(c), jnp.asarray(r), jnp.asarray(t), size) for c, r, t in zip(column, row, there.reshape(-1, count), strict=True)]
+
+
+def _traced(scene: Scene, tangent: Scene, camera: Camera, plan: Plan, passes: list[Samples]) -> tuple[np.ndarray, int]:
+    """Value and derivative of the film of each pass (passes, 2, 3, pixels), and the rays of them all."""
+    films, rays = zip(*side_by_side(lambda samples: _film(scene, tangent, camera, plan, samples), passes), strict=True)
+    return np.stack(films), sum(rays)
+
+
+def _film(scene: Scene, tangent: Scene, camera: Camera, plan: Plan, samples: Samples) -> tuple[np.ndarray, int]:
+    """Value and derivative of one pass, in two halves where its tree is larger than the plan's room: no program is compiled for more."""
+    films, descendants = _pass(scene, tangent, camera, plan, samples)
+    count = int(samples.there.sum())
+    if int(descendants) <= plan.capacity:
+        return np.asarray(films), count + int(descendants)
+    if count < 2:
+        raise CapacityError(f"the tree of one ray needs more room than {plan.capacity} rays; lower max_depth")
+    first = jnp.cumsum(samples.there) <= count // 2
+    halves = [_film(scene, tangent, camera, plan, replace(samples, there=samples.there & half)) for half in (first, ~first)]
+    return sum(film for film, _ in halves), sum(rays for _, rays in halves)
+
+
+@eqx.filter_jit
+def _pass(scene: Scene, tangent: Scene, camera: Camera, plan: Plan, samples: Samples):
+    """One pass: value and derivative (2, 3, pixels), and the number of descendants."""
+    tree = record(tabulate(scene), camera, plan, samples)
+
+    def film(scene):
+        return replay(tabulate(scene), camera, tree, plan, samples).stacked(axis=0)
+
+    return jnp.stack(eqx.filter_jvp(film, (scene,), (tangent,))), tree.descendants

@@ -1,0 +1,37 @@
+"""Where the camera rays of a pass go."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from ..scene import Camera
+from ._plan import Plan
+
+
+class Samples(eqx.Module):
+    """Places in the picture, one a camera ray of a pass; (0.5, 0.5) is the centre of the first pixel, top left."""
+
+    column: Float[Array, "n"]
+    row: Float[Array, "n"]
+    there: Bool[Array, "n"]
+    """False: no ray, and 0 on the film."""
+    side: Float[Array, ""]
+    """Of the square that each stands for, in pixels; of no meaning where rays have no footprint."""
+
+
+def grid(plan: Plan, camera: Camera, number: Int[Array, ""], place: Float[Array, "2"]) -> Samples:
+    """The regular samples of pass `number`: one a pixel, at `place` (column, row; 0.5, 0.5 the centre) inside it.
+
+    Pass p of n holds the pixels p, p + n, p + 2 n, ... (see `image.dealt`).
+    """
+    pixel = number + plan.passes * jnp.arange(plan.pass_pixels, dtype=jnp.int32)
+    last = camera.width * camera.height - 1
+    column, row = camera.place(jnp.minimum(pixel, last), place)
+    return Samples(column, row, pixel <= last, jnp.asarray(1 / max(plan.footprint, 1), column.dtype))
+
+
+def sample_places(side: int, dtype) -> Float[Array, "samples 2"]:
+    """Places (column, row) in a pixel, the middles of side x side squares."""
+    steps = (np.arange(side) + 0.5) / side
+    return jnp.asarray([(column, row) for row in steps for column in steps], dtype)
