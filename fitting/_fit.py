@@ -15,7 +15,7 @@ from diffwhitted.tree import Plan, decide_effects, likely_room, make_plan, sampl
 from ._bounds import Bounds
 from ._errors import FitError
 from ._outcome import outcome, rest_test, with_runs
-from ._problem import Part, Problem, prepared
+from ._problem import Part, Problem, finer, prepared
 from ._pyramid import blurs
 from ._rest import nearly
 from ._result import FitResult, FitStep
@@ -81,7 +81,7 @@ def _moves(unknowns) -> bool:
 
 
 def _solved(problem: Problem, point: np.ndarray, max_steps: int, at_rest, on_step, scale: float) -> Solution:
-    """One run of the solver from a starting point, where rays move from blurred to sharp residuals."""
+    """One run of the solver from a starting point, where rays move from blurred to sharp residuals, and to four times as many trees."""
     camera, history, begun = problem.views[0][0].camera, [], time.perf_counter()
 
     def settled(values, factor, remainder, loss) -> bool:
@@ -95,13 +95,18 @@ def _solved(problem: Problem, point: np.ndarray, max_steps: int, at_rest, on_ste
     levels = blurs(camera.width, camera.height) if _moves(problem.unknowns) else (0.0,)
     if levels[0]:
         point = best_of(problem, point, levels[0])
-    for sigma in levels:
-        solution = solve(problem, point, max_steps=max_steps, at_rest=settled if sigma else at_rest, on_step=seen,
+    stages = [(problem, sigma) for sigma in levels]
+    if _moves(problem.unknowns) and problem.views[0][0].plan.footprint:
+        stages.append((finer(problem), 0.0))
+    for last, sigma in stages:
+        before = point
+        solution = solve(last, point, max_steps=max_steps, at_rest=settled if sigma else at_rest, on_step=seen,
                          loss_scale=scale, sigma=sigma)
         point = solution.values
         if solution.interrupted:
             break
-    return replace(solution, history=tuple(history), seconds=time.perf_counter() - begun)
+    shift = abs(point - before) if last is not problem else 0 * point
+    return replace(solution, history=tuple(history), seconds=time.perf_counter() - begun, shift=shift)
 
 
 def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, samples: int, max_depth, footprint: int):
@@ -114,15 +119,17 @@ def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, sa
         camera = scene.cameras[target.camera]
         weight = np.sqrt(target.mask) / (UNIT if target.noise is None else target.noise) / np.sqrt(total)
         plan = make_plan(scene, camera, free=names, max_depth=max_depth, capacity=likely_room(camera), footprint=footprint)
-        views.append(_parts(camera, target.image, weight, places, plan))
+        views.append(_parts(camera, target.image, weight, places[:, None] if moving else places[None], plan))
     recorded = tuple(prepared(scene, unknowns, values, parts, moving) for parts in views)
     return Problem(scene, bounds, recorded, unknowns), total
 
 
 def _parts(camera: Camera, image: np.ndarray, weight: np.ndarray, places, plan: Plan) -> tuple[Part, ...]:
-    """The passes of a target, without trees."""
+    """The passes of a target, once for each group of places in a pixel, without trees."""
     image, weight = (np.asarray(dealt(jnp.asarray(a, places.dtype), plan.passes, plan.pass_pixels)) for a in (image, weight[..., None]))
-    return tuple(Part(camera, jnp.int32(n), jnp.asarray(image[n]), jnp.asarray(weight[n, 0]), places, None, plan) for n in range(plan.passes))
+    side = jnp.asarray(1 / max(plan.footprint, 1), places.dtype)
+    return tuple(Part(camera, jnp.int32(n), jnp.asarray(image[n]), jnp.asarray(weight[n, 0]), group, side, None, plan)
+                 for group in places for n in range(plan.passes))
 
 
 def _starting_points(first: np.ndarray, unknowns, starts: int) -> list[np.ndarray]:

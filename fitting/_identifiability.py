@@ -34,12 +34,13 @@ class Uncertainty:
 
 
 def uncertainty(factor: np.ndarray, noise: float, values: np.ndarray, unknowns: tuple[Unknown, ...], precision: float,
-                resolution: float = 0.0) -> Uncertainty:
+                resolution: float = 0.0, shift: np.ndarray | float = 0.0) -> Uncertainty:
     """From R of the residuals' Jacobian (p, p), and the standard deviation `noise` of the residuals.
 
     Without a noise (NaN) there are no standard errors, and the rank alone says what is determined. `precision` is
     the relative accuracy of R: directions that are shorter than that are not determined. `resolution` is the
-    share of a coefficient below which no standard error goes.
+    share of a coefficient below which no standard error goes. `shift` is half a 95 % interval of its own, of another
+    cause than noise.
     """
     count = len(unknowns)
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
@@ -55,7 +56,7 @@ def uncertainty(factor: np.ndarray, noise: float, values: np.ndarray, unknowns: 
     spread = np.sqrt(np.maximum(np.diagonal(covariance), 0))
     alone = np.array([not c for c in confounded])
     identifiable = seen & alone & ~(_scaled_error(spread, values, unknowns) >= WIDEST * _scaled_width(unknowns))
-    error = np.where(identifiable, np.maximum(spread, resolution * abs(values)), np.nan)
+    error = np.where(identifiable, np.hypot(np.maximum(spread, resolution * abs(values)), shift / QUANTILE), np.nan)
     sizes = np.where(identifiable & (spread > 0), spread, np.inf)
     correlation = np.clip(covariance / np.outer(sizes, sizes), -1, 1)
     np.fill_diagonal(correlation, 1)

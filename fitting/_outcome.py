@@ -9,7 +9,7 @@ import numpy as np
 from diffwhitted.image import gathered
 from diffwhitted.scene import Scene
 
-from ._identifiability import Uncertainty, uncertainty
+from ._identifiability import QUANTILE, Uncertainty, uncertainty
 from ._misfit import at_rounding_level, is_structured
 from ._problem import Problem
 from ._rest import on_bound, unsettled
@@ -24,6 +24,8 @@ AT_REST = 8.0
 """The solver stops early below so many units in the last place of the coefficient, or a 200th of the standard error."""
 RESOLVED = 4.0
 """No standard error is below so many units in the last place of the coefficient."""
+MOSTLY = 0.8
+"""Share of a standard error from which on one cause is its main cause."""
 MISFIT = "the residual is not noise: something that is fixed is wrong or the model lacks it; the intervals are too narrow"
 
 
@@ -35,7 +37,7 @@ def outcome(scene: Scene, targets: tuple[Target, ...], problem: Problem, start: 
     given = targets[0].noise is not None
     noise = _noise(targets, best.loss, len(unknowns), unit, scene)
     eps = float(jnp.finfo(scene.dtype).eps)
-    known = uncertainty(best.factor, noise, best.values, unknowns, _precision(scene), RESOLVED * eps)
+    known = uncertainty(best.factor, noise, best.values, unknowns, _precision(scene), RESOLVED * eps, best.shift)
     at_bound = on_bound(best.values, unknowns)
     views = tuple(_view(t, film, scene) for t, film in zip(targets, best.films, strict=True))
     moving = unsettled(best.values, best.factor, best.remainder, known, unknowns, _precision(scene), SETTLED, 0.05)
@@ -43,6 +45,11 @@ def outcome(scene: Scene, targets: tuple[Target, ...], problem: Problem, start: 
     misfit = not rounding and is_structured(views, tuple(t.noise for t in targets), len(unknowns))
     if misfit:
         notes = (MISFIT, *notes)
+    coarse = [u.name for u, error, shift in zip(unknowns, known.standard_error, best.shift + 0 * best.values, strict=True)
+              if shift > MOSTLY * QUANTILE * error]
+    if coarse:
+        which = ", ".join(coarse) if len(coarse) < 4 else f"{len(coarse)} coefficients"
+        notes = (f"the uncertainty of {which} is mostly what the ray trees leave out of a pixel; a larger footprint narrows it", *notes)
     if np.isnan(noise):
         notes = (f"there are no more residuals ({residuals}) than unknowns ({len(unknowns)}), so the noise cannot be estimated "
                  "and there are no standard errors; give the noise", *notes)
@@ -109,11 +116,12 @@ def with_runs(result: FitResult, solutions: list[Solution], compiling: float) ->
 
 
 def _coefficient(i: int, unknown: Unknown, best: Solution, start, known: Uncertainty, at_bound, unknowns) -> FittedCoefficient:
-    sure = bool(known.identifiable[i])
+    sure, determined = bool(known.identifiable[i]), np.isfinite(known.standard_error[i])
     return FittedCoefficient(
         name=unknown.name, symbol=unknown.row.symbol, value=float(best.values[i]), start=float(start[i]),
-        standard_error=float(known.standard_error[i]) if np.isfinite(known.standard_error[i]) else None,
-        interval_95=_interval(known.interval[i], unknown, at_bound[i]) if np.isfinite(known.standard_error[i]) else None,
+        standard_error=float(known.standard_error[i]) if determined else None,
+        interval_95=_interval(known.interval[i], unknown, at_bound[i]) if determined else None,
+        shift=float(np.broadcast_to(best.shift, best.values.shape)[i]),
         identifiable=sure, seen=bool(known.seen[i]), confounded_with=tuple(unknowns[j].name for j in known.confounded[i]),
         at_bound=bool(at_bound[i]), bounds=unknown.bounds, unit=unknown.row.unit,
     )

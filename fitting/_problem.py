@@ -9,6 +9,7 @@ Each pass of a picture gives such a factor of its own rows, on whichever process
 the factors is that of them all. The memory is that of the passes at work, whatever the size of the target.
 """
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -21,7 +22,7 @@ from jaxtyping import Array, Float, Int
 from diffwhitted._workers import side_by_side
 from diffwhitted.image import gathered
 from diffwhitted.scene import Camera, Scene, tabulate
-from diffwhitted.tree import Plan, Record, grid, record, replay
+from diffwhitted.tree import Plan, Record, grid, record, replay, sample_places
 
 from ._bounds import Bounds
 from ._pyramid import blurred
@@ -40,7 +41,9 @@ class Part(eqx.Module):
     weight: Float[Array, "pixels"]
     """Square root of the mask over the noise, divided by the root of the number of residuals."""
     places: Float[Array, "samples 2"]
-    """Where in each pixel the samples are."""
+    """Where in each pixel the samples are. Where rays move it is one: a pass is as many parts as there are samples a pixel."""
+    side: Float[Array, ""]
+    """Of the square that a sample stands for, in pixels."""
     trees: Record | None
     """The recorded trees (samples, ...); None where rays move, so that each evaluation records."""
     plan: Plan = eqx.field(static=True)
@@ -59,7 +62,7 @@ class Problem(eqx.Module):
 def prepared(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[Part, ...], moving: bool) -> tuple[Part, ...]:
     """The parts with room for their rays and, unless rays move, with their trees; all their programs are compiled."""
     if moving:
-        return tuple(_roomy(scene, unknowns, values, part) for part in parts)
+        return _roomy(scene, unknowns, values, parts)
     while True:
         with ThreadPoolExecutor(1) as aside:
             blank = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), eqx.filter_eval_shape(record_part, scene, unknowns, values, parts[0]))
@@ -72,15 +75,15 @@ def prepared(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[P
         parts = tuple(replace(part, plan=part.plan.with_capacity(2 * needed)) for part in parts)
 
 
-def _roomy(scene: Scene, unknowns: tuple[Unknown, ...], values, part: Part) -> Part:
-    """The part with room for its rays at these coefficients, and half as much again."""
+def _roomy(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[Part, ...]) -> tuple[Part, ...]:
+    """The parts with room for their rays at these coefficients, and half as much again; the same for all, so that they share a program."""
     while True:
-        needed = int(record_part(scene, unknowns, values, part).descendants.max())
-        if needed <= part.plan.capacity:
-            part = replace(part, plan=part.plan.with_capacity(3 * needed // 2))
-            part_rows(scene, unknowns, values, part)
-            return part
-        part = replace(part, plan=part.plan.with_capacity(2 * needed))
+        needed = max(int(n.max()) for n in side_by_side(lambda part: record_part(scene, unknowns, values, part).descendants, parts))
+        enough, room = needed <= parts[0].plan.capacity, parts[0].plan.with_capacity(3 * needed // 2)
+        parts = tuple(replace(part, plan=room) for part in parts)
+        if enough:
+            part_rows(scene, unknowns, values, parts[0])
+            return parts
 
 
 def factorise(problem: Problem, values: Float[Array, "p"], sigma: float = 0.0) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
@@ -94,21 +97,36 @@ def factorise(problem: Problem, values: Float[Array, "p"], sigma: float = 0.0) -
     program = part_rows if parts[0].trees is None else part_factor
     found = side_by_side(lambda part: _with_room(program, problem.scene, problem.unknowns, values, part), parts)
     factors, films = zip(*found, strict=True)
-    if sigma:
-        factors = _blurred_factors(problem, factors, sigma)
-    elif program is part_rows:
-        factors = [_triangular(rows.reshape(rows.shape[0], -1)) for rows in factors]
-    rest = iter(films)
-    return _factor_of(np.concatenate(factors).astype(np.float64)), tuple(np.stack([next(rest) for _ in view]) for view in problem.views)
+    films = _by_view(problem, films)
+    if program is part_rows:
+        rows = _by_view(problem, factors)
+        factors = _blurred_factors(problem, rows, sigma) if sigma else [_triangular(r.reshape(r.shape[0], -1)) for view in rows for r in view]
+    return _factor_of(np.concatenate(factors).astype(np.float64)), films
+
+
+def _by_view(problem: Problem, found: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
+    """What was found out about each part, (passes, ...) for each target, averaged over the samples a pixel."""
+    rest = iter(found)
+    views = ((view[0].plan.passes, np.stack([next(rest) for _ in view])) for view in problem.views)
+    return tuple(parts.reshape(-1, passes, *parts.shape[1:]).mean(axis=0) for passes, parts in views)
+
+
+def finer(problem: Problem) -> Problem:
+    """The same with 2 x 2 samples in place of one; where rays move, whose parts have one sample."""
+
+    def four(part: Part) -> list[Part]:
+        return [replace(part, places=part.places + (quarter - 0.5) * part.side, side=part.side / 2)
+                for quarter in sample_places(2, part.places.dtype)]
+
+    return replace(problem, views=tuple(tuple(fine for group in zip(*map(four, view), strict=True) for fine in group) for view in problem.views))
 
 
 def _blurred_factors(problem: Problem, rows: tuple[np.ndarray, ...], sigma: float) -> list[np.ndarray]:
     """The factor of each target's blurred rows."""
-    rest, factors = iter(rows), []
-    for view in problem.views:
+    factors = []
+    for view, passes in zip(problem.views, rows, strict=True):
         camera = view[0].camera
-        passes = np.stack([next(rest) for _ in view])
-        picture = np.asarray(gathered(passes.reshape(len(view), -1, passes.shape[-1]), camera.height, camera.width))
+        picture = np.asarray(gathered(passes.reshape(passes.shape[0], -1, passes.shape[-1]), camera.height, camera.width))
         picture = np.moveaxis(picture, -1, 0).reshape(-1, 3, camera.height, camera.width)
         factors.append(_factor_of(blurred(picture, sigma).reshape(picture.shape[0], -1).T))
     return factors
@@ -144,7 +162,7 @@ def part_rows(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array, 
 def record_part(scene: Scene, unknowns: tuple[Unknown, ...], values, part: Part) -> Record:
     """The trees of a part at these coefficients, one a sample."""
     tables = tabulate(insert(scene, unknowns, jax.lax.stop_gradient(values)))
-    return jax.lax.map(lambda place: record(tables, part.camera, part.plan, grid(part.plan, part.camera, part.number, place)), part.places)
+    return jax.lax.map(lambda place: record(tables, part.camera, part.plan, grid(part.plan, part.camera, part.number, place, part.side)), part.places)
 
 
 def _film(scene: Scene, part: Part, trees: Record) -> Float[Array, "3 pixels"]:
@@ -153,7 +171,7 @@ def _film(scene: Scene, part: Part, trees: Record) -> Float[Array, "3 pixels"]:
 
     def one_sample(sample):
         tree, place = sample
-        return replay(tables, part.camera, tree, part.plan, grid(part.plan, part.camera, part.number, place)).stacked(axis=0)
+        return replay(tables, part.camera, tree, part.plan, grid(part.plan, part.camera, part.number, place, part.side)).stacked(axis=0)
 
     return jax.lax.map(one_sample, (trees, part.places)).mean(axis=0)
 

@@ -32,6 +32,8 @@ class FittedCoefficient:
     - `identifiable`: the pictures determine it.
     - `seen`: some pixel depends on it.
     - `confounded_with`: names of the coefficients it cannot be told apart from.
+    - `shift`: how far the value moved when 2 x 2 filtered trees took the place of each, in `unit`: what the trees leave
+      out of the picture, and part of the standard error and the interval. 0 where no ray moves.
     - `at_bound`: the solution lies on one of the `bounds` (lowest and highest value allowed).
 
     Raises `ValueError` for a standard error or an interval on a coefficient that is not identifiable.
@@ -49,6 +51,7 @@ class FittedCoefficient:
     at_bound: bool
     bounds: tuple[float, float]
     unit: str
+    shift: float = 0.0
 
     def __post_init__(self) -> None:
         if not self.identifiable and not (self.standard_error is None and self.interval_95 is None):
@@ -89,6 +92,7 @@ class FittedCoefficient:
             "start": _finite(self.start),
             "standard_error": None if self.standard_error is None else _finite(self.standard_error),
             "interval_95": None if interval is None else [_finite(end) for end in interval],
+            "shift": _finite(self.shift),
             "identifiable": bool(self.identifiable),
             "seen": bool(self.seen),
             "confounded_with": list(self.confounded_with),

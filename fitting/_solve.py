@@ -43,6 +43,8 @@ class Solution:
     history: tuple[FitStep, ...]
     interrupted: bool
     seconds: float
+    shift: np.ndarray | float = 0.0
+    """How far the values moved when four trees took the place of each, (p,)."""
 
 
 class LinearModel(eqx.Module):

@@ -20,15 +20,16 @@ class Samples(eqx.Module):
     """Of the square that each stands for, in pixels; of no meaning where rays have no footprint."""
 
 
-def grid(plan: Plan, camera: Camera, number: Int[Array, ""], place: Float[Array, "2"]) -> Samples:
+def grid(plan: Plan, camera: Camera, number: Int[Array, ""], place: Float[Array, "2"], side=None) -> Samples:
     """The regular samples of pass `number`: one a pixel, at `place` (column, row; 0.5, 0.5 the centre) inside it.
 
+    `side` of the square that each stands for, in pixels; without it, that of the plan's footprint.
     Pass p of n holds the pixels p, p + n, p + 2 n, ... (see `image.dealt`).
     """
     pixel = number + plan.passes * jnp.arange(plan.pass_pixels, dtype=jnp.int32)
     last = camera.width * camera.height - 1
     column, row = camera.place(jnp.minimum(pixel, last), place)
-    return Samples(column, row, pixel <= last, jnp.asarray(1 / max(plan.footprint, 1), column.dtype))
+    return Samples(column, row, pixel <= last, jnp.asarray(1 / max(plan.footprint, 1) if side is None else side, column.dtype))
 
 
 def sample_places(side: int, dtype) -> Float[Array, "samples 2"]:
