@@ -56,7 +56,7 @@ def _total(scene, camera, plan, spots):
     tables, number = tabulate(scene), jnp.int32(0)
 
     def one(total, spot):
-        film, descendants = trace(tables, camera, plan, grid(plan, camera, number, spot))
+        film, _, descendants = trace(tables, camera, plan, grid(plan, camera, number, spot))
         return total + film.stacked(axis=-1), descendants
 
     total, needed = jax.lax.scan(one, jnp.zeros((plan.pass_pixels, 3), scene.dtype), spots)

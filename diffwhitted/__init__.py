@@ -13,6 +13,7 @@ The precision of a scene is that of its arrays, float32 unless it is made or loa
 `precision="float64"`.
 """
 
+from ._bound import Bounded, render_with_bound
 from ._derivative import Derivative, derivative
 from ._errors import CapacityError, InputError, SceneError
 from ._explain import Explanation, explain
@@ -38,8 +39,9 @@ from .scene import (
 from .tree import Effects, Plan, decide_effects
 
 __all__ = [
-    "COEFFICIENTS", "Camera", "CapacityError", "Checker", "ConstantBackground", "Derivative", "DirectionalLight",
-    "Effects", "Explanation", "GradientBackground", "InputError", "Material", "Plan", "Plane", "PointLight", "Polygon", "Scene",
-    "SceneError", "Sphere", "coefficient_value", "decide_effects", "derivative", "explain", "load_scene", "parse_scene", "plan", "read_image", "render",
-    "replace_coefficient", "save_scene", "scene_schema", "write_image",
+    "Bounded", "COEFFICIENTS", "Camera", "CapacityError", "Checker", "ConstantBackground", "Derivative", "DirectionalLight",
+    "Effects", "Explanation", "GradientBackground", "InputError", "Material", "Plan", "Plane", "PointLight", "Polygon",
+    "Scene", "SceneError", "Sphere", "coefficient_value", "decide_effects", "derivative", "explain", "load_scene",
+    "parse_scene", "plan", "read_image", "render", "render_with_bound", "replace_coefficient", "save_scene", "scene_schema",
+    "write_image",
 ]

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -58,7 +57,7 @@ def derivative(make: Callable[[Float[Array, "..."]], Scene], value, camera: Came
     scene, tangent = eqx.filter_jvp(make, (value,), (jnp.ones_like(value),))
     if not isinstance(scene, Scene):
         raise SceneError(f"derivative: make(value) gave a {type(scene).__name__}; allowed is a Scene")
-    camera = jax.tree.map(lambda a: a.astype(scene.dtype), camera)
+    camera = camera.in_precision(scene.dtype)
     plan = make_plan(scene, camera, free=free, max_depth=depth_number(max_depth), capacity=likely_room(camera), footprint=footprint)
     pixels, samples = camera.width * camera.height, _regular(plan, camera)
     films, rays = _traced(scene, tangent, camera, plan, samples)

@@ -12,16 +12,17 @@ from ._errors import CapacityError, SceneError
 from ._workers import side_by_side
 from .image import gathered
 from .scene import Camera, Scene, depth_number, is_traced, split_name, tabulate, whole_number
-from .tree import Plan, Record, grid, likely_room, make_plan, record, replay, sample_places, trace
+from .tree import Beyond, Plan, Record, grid, likely_room, make_plan, record, replay, sample_places, trace
 
 
 def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: int = 1,
-           max_depth: int | None = None, footprint: int | None = None) -> Float[Array, "height width 3"]:
+           max_depth: int | None = None, footprint: int | None = None, cutoff: float | None = None) -> Float[Array, "height width 3"]:
     """The image of a scene: linear Rec. 709 RGB, scene-referred, row 0 on top.
 
     `samples` is the number of samples along each side of a pixel (n x n rays on a regular grid, averaged);
     `footprint` = k traces k x k trees in their place whose rays average what they meet over their share of the
-    pixel (0: none); it and `max_depth` replace the scene's. Works under `jit`, `grad`, `jvp` and `vmap`.
+    pixel (0: none); a branch that would carry less than `cutoff` in every channel is not followed (0: all are).
+    These two and `max_depth` replace the scene's. Works under `jit`, `grad`, `jvp` and `vmap`.
     Derivatives in all arrays of `scene` and `camera` are those of the recorded tree: exact for the coefficients
     that move no ray. For those that do, such as a refractive index, they see the motion of edges only with a
     footprint.
@@ -31,7 +32,8 @@ def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: i
     fit the scene and camera (not seen where they are traced), and `CapacityError` where its room for rays is
     too small; no ray is dropped in silence.
     """
-    camera = _in_precision(camera, scene)
+    scene = scene.with_cutoff(cutoff)
+    camera = camera.in_precision(scene.dtype)
     samples, max_depth, given = whole_number(samples, "samples"), depth_number(max_depth), plan is not None
     for option, value in (("max_depth", max_depth), ("footprint", footprint)):
         if given and value is not None:
@@ -72,18 +74,13 @@ def plan(scene: Scene, camera: Camera, *, free: tuple[str, ...] = (), max_depth:
     for name in free:
         split_name(scene, name)
     max_depth = depth_number(max_depth)
-    camera = _in_precision(camera, scene)
+    camera = camera.in_precision(scene.dtype)
     guess = make_plan(scene, camera, free=free, max_depth=max_depth, capacity=likely_room(camera), footprint=footprint)
     while True:
         needed = int(np.max(record_passes(scene, camera, guess).descendants))
         if needed <= guess.capacity:
             return guess.with_capacity(int(1.1 * needed))
         guess = guess.with_capacity(2 * needed)
-
-
-def _in_precision(camera: Camera, scene: Scene) -> Camera:
-    """The camera in the precision of the scene, which decides."""
-    return jax.tree.map(lambda a: a.astype(scene.dtype), camera)
 
 
 def _check(plan: Plan, scene: Scene, camera: Camera, traced: bool):
@@ -103,13 +100,17 @@ def _check(plan: Plan, scene: Scene, camera: Camera, traced: bool):
 
 
 @eqx.filter_jit
-def trace_pass(scene: Scene, camera: Camera, plan: Plan, number: Int[Array, ""], samples: int = 1):
-    """One pass of the picture, (3, plan.pass_pixels), and for each sample how many rays other than camera rays it takes."""
+def trace_pass(scene: Scene, camera: Camera, plan: Plan, number: Int[Array, ""], samples: int = 1, beyond: Beyond | None = None):
+    """One pass of the picture, (3, plan.pass_pixels), and for each sample how many rays other than camera rays it takes.
+
+    With `beyond` there are three more channels: the most light that the branches that were not followed could bring.
+    """
     tables = tabulate(scene)
 
     def one_sample(place):
-        film, descendants = trace(tables, camera, plan, grid(plan, camera, number, place))
-        return film.stacked(axis=0), descendants
+        light, left, descendants = trace(tables, camera, plan, grid(plan, camera, number, place), beyond)
+        film = light.stacked(axis=0)
+        return (film if left is None else jnp.concatenate([film, left.stacked(axis=0)])), descendants
 
     film, needed = jax.lax.map(one_sample, sample_places(plan.footprint or samples, scene.dtype))
     return film.mean(axis=0), needed
@@ -134,9 +135,9 @@ def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
     return gathered(film, camera.height, camera.width), needed.max()
 
 
-def traced_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
+def traced_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):
     """The image, side by side on all processors, and the rays other than camera rays of each pass and sample."""
-    passes = side_by_side(lambda number: trace_pass(scene, camera, plan, number, samples), list(_pass_numbers(plan)))
+    passes = side_by_side(lambda number: trace_pass(scene, camera, plan, number, samples, beyond), list(_pass_numbers(plan)))
     return _assembled(passes, camera)
 
 

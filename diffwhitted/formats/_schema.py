@@ -115,6 +115,8 @@ class SettingsEntry(Entry):
     total_internal_reflection: TotalReflection = Field("full", description=(
         "full: all light goes to the mirror ray; whitted: T = 0 and k_s stays."))
     shadows: ShadowModel = Field("opaque", description="tinted: each surface crossed multiplies the light by its k_t.")
+    cutoff: _number(minimum=0, exclusiveMaximum=1) = Field(0, description=(
+        "A branch that would carry less than this in every channel is not followed; 0: all are."))
     footprint: int = Field(0, json_schema_extra={"minimum": 0, "maximum": 64}, description=(
         "k: k x k trees a pixel, whose rays average what they meet over their share of it; 0: points."))
 

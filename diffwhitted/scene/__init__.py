@@ -2,7 +2,7 @@
 
 from ._background import Background, ConstantBackground, GradientBackground
 from ._camera import Camera
-from ._checks import depth_number, is_traced, nearest_name, shortest, whole_number
+from ._checks import DEEPEST, depth_number, is_traced, nearest_name, shortest, whole_number
 from ._coefficients import BY_NAME, COEFFICIENTS, Coefficient
 from ._lights import DirectionalLight, Light, PointLight
 from ._material import HighlightModel, Material
@@ -13,7 +13,7 @@ from ._tables import MaterialTable, Tables, material_names, numbered_objects, ta
 from ._textures import Checker, Texture
 
 __all__ = [
-    "BY_NAME", "COEFFICIENTS", "Background", "Camera", "Checker", "Coefficient", "ConstantBackground",
+    "BY_NAME", "COEFFICIENTS", "DEEPEST", "Background", "Camera", "Checker", "Coefficient", "ConstantBackground",
     "DirectionalLight", "GradientBackground", "HighlightModel", "Light", "Material", "MaterialTable", "Object",
     "Plane", "PointLight", "Polygon", "Precision", "Scene", "ShadowModel", "Sphere", "Tables", "Texture",
     "TotalReflection", "check_footprint", "coefficient_value", "depth_number", "is_traced", "float_dtype", "material_names",

@@ -1,6 +1,7 @@
 """What a ray sees that meets nothing. A new background is a record here."""
 
 import equinox as eqx
+import numpy as np
 from jaxtyping import Array, Float
 
 from .._vector import Vec3, vec3
@@ -19,6 +20,9 @@ class ConstantBackground(eqx.Module):
     def seen(self, direction: Vec3) -> Vec3:
         return vec3(self.colour) * (direction.x * 0 + 1)
 
+    def brightest(self) -> np.ndarray:
+        return np.asarray(self.colour, np.float64)
+
 
 class GradientBackground(eqx.Module):
     """From `bottom` straight down to `top` straight up, linear in the height (1 + u_y) / 2 of the direction."""
@@ -35,6 +39,9 @@ class GradientBackground(eqx.Module):
     def seen(self, direction: Vec3) -> Vec3:
         height = 0.5 * (1 + direction.y)
         return vec3(self.bottom) * (1 - height) + vec3(self.top) * height
+
+    def brightest(self) -> np.ndarray:
+        return np.maximum(np.asarray(self.bottom, np.float64), np.asarray(self.top, np.float64))
 
 
 Background = ConstantBackground | GradientBackground

@@ -60,6 +60,10 @@ class Camera(eqx.Module):
             height = max(1, round(width * self.height / self.width))
         return Camera(self.look_from, self.look_at, self.vfov_deg, width, height, self.up)
 
+    def in_precision(self, dtype) -> "Camera":
+        """The same in the precision of a scene, which decides."""
+        return jax.tree.map(lambda a: a.astype(dtype), self)
+
     def rays(self, column: Float[Array, "*n"], row: Float[Array, "*n"]) -> Ray:
         """Rays through picture positions; (0.5, 0.5) is the centre of the first pixel, top left.
 

@@ -29,7 +29,8 @@ class Scene(eqx.Module):
 
     `precision` is the floating-point type of every array in it and so of the whole computation;
     "float64" needs `jax.config.update("jax_enable_x64", True)` first. `footprint` = k traces k x k trees a pixel
-    whose rays know their share of it, so that edges are averaged over the pixel; 0 traces points.
+    whose rays know their share of it, so that edges are averaged over the pixel; 0 traces points. A branch
+    that would carry less than `cutoff` in all channels is not followed; 0 follows every branch.
     """
 
     objects: tuple[Object, ...]
@@ -39,6 +40,7 @@ class Scene(eqx.Module):
     textures: dict[str, Texture]
     background: Background
     ambient: Float[Array, "3"]
+    cutoff: Float[Array, ""]
     max_depth: int = eqx.field(static=True)
     total_internal_reflection: TotalReflection = eqx.field(static=True)
     shadows: ShadowModel = eqx.field(static=True)
@@ -48,7 +50,7 @@ class Scene(eqx.Module):
                  cameras: Mapping[str, Camera] | None = None, textures: Mapping[str, Texture] | None = None,
                  background: Background | None = None, ambient=(1.0, 1.0, 1.0), max_depth: int = 5,
                  total_internal_reflection: TotalReflection = "full", shadows: ShadowModel = "opaque",
-                 footprint: int = 0, precision: Precision = "float32"):
+                 footprint: int = 0, cutoff: float = 0.0, precision: Precision = "float32"):
         dtype = float_dtype(precision)
 
         def cast(record):
@@ -60,6 +62,7 @@ class Scene(eqx.Module):
         self.background = cast(background or ConstantBackground((0.0, 0.0, 0.0)))
         self.ambient = cast(jnp.broadcast_to(number_array(ambient, "scene", "ambient", ((), (3,))), (3,)))
         require(lambda a: (a >= 0).all(), "scene", "ambient", self.ambient, ">= 0")
+        self.cutoff = cast(_cutoff(cutoff))
         self.max_depth, self.shadows, self.footprint = max_depth, shadows, footprint
         self.total_internal_reflection = total_internal_reflection
         self._check_settings()
@@ -72,6 +75,12 @@ class Scene(eqx.Module):
     @property
     def precision(self) -> Precision:
         return self.dtype.name
+
+    def with_cutoff(self, cutoff: float | None) -> "Scene":
+        """The scene with another cutoff; None leaves it as it is."""
+        if cutoff is None:
+            return self
+        return eqx.tree_at(lambda s: s.cutoff, self, _cutoff(cutoff).astype(self.dtype))
 
     def _check_settings(self):
         if isinstance(self.max_depth, bool) or not isinstance(self.max_depth, int) or not 1 <= self.max_depth <= 64:
@@ -92,6 +101,12 @@ class Scene(eqx.Module):
             for field in ("k_a_texture", "k_d_texture"):
                 if getattr(material, field) is not None:
                     _known(getattr(material, field), self.textures, f"material {name!r}: {field}")
+
+
+def _cutoff(value):
+    cutoff = number_array(value, "scene", "cutoff", ((),))
+    require(lambda a: 0 <= a < 1, "scene", "cutoff", cutoff, "0 (follow every branch) or more, below 1")
+    return cutoff
 
 
 def check_footprint(footprint, place: str = "scene: "):

@@ -40,6 +40,7 @@ class Tables(eqx.Module):
     textures: tuple[Texture, ...]
     background: Background
     ambient: Vec3
+    cutoff: Float[Array, ""]
 
 
 def numbered_objects(scene: Scene) -> tuple[Object, ...]:
@@ -68,7 +69,7 @@ def tabulate(scene: Scene) -> Tables:
     )
     material_of = jnp.asarray([names.index(o.material) for o in objects], jnp.int32)
     return Tables(shapes, _materials(scene), material_of, scene.lights, tuple(scene.textures[name] for name in texture_names(scene)),
-                  scene.background, vec3(scene.ambient))
+                  scene.background, vec3(scene.ambient), scene.cutoff)
 
 
 def _materials(scene: Scene) -> MaterialTable:

@@ -2,6 +2,7 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from .._coverage import Linear
@@ -32,6 +33,10 @@ class Checker(eqx.Module):
         cells = sum(jnp.floor(getattr(point, axis) / self.size) for axis in self.axes)
         even = cells - 2 * jnp.floor(cells / 2) == 0
         return where(even, vec3(self.colours[0]), vec3(self.colours[1]))
+
+    def brightest(self) -> np.ndarray:
+        """The larger of the two colours in each channel, (3,)."""
+        return np.asarray(self.colours, np.float64).max(axis=0)
 
     def mean(self, point: Vec3, steps: tuple[Vec3, Vec3]) -> Vec3:
         """Linear RGB, averaged over a pixel smaller than a cell; the point changes by `steps` along its sides."""

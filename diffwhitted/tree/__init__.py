@@ -6,8 +6,9 @@ from ._plan import Plan, likely_room, make_plan
 from ._record import Nodes, Record, record
 from ._replay import replay, trace
 from ._samples import Samples, grid, sample_places
+from ._truncation import Beyond
 
 __all__ = [
-    "BRANCH_NAMES", "EFFECT_NAMES", "Decision", "Effects", "Nodes", "Plan", "Record", "Samples",
+    "BRANCH_NAMES", "Beyond", "EFFECT_NAMES", "Decision", "Effects", "Nodes", "Plan", "Record", "Samples",
     "decide_effects", "grid", "likely_room", "make_plan", "record", "replay", "sample_places", "trace",
 ]

@@ -30,6 +30,7 @@ class Effects:
     attenuation: bool
     background_gradient: bool
     footprint: bool
+    cutoff: bool
 
     @property
     def branching(self) -> bool:
@@ -103,6 +104,8 @@ def decide_effects(scene: Scene, free: Collection[str] = (), max_depth: int | No
     found["attenuation"] = _decide(_faded(scene), "no point light has an attenuation", "" if lit else "no light is looked at")
     gradient = isinstance(scene.background, GradientBackground)
     found["background_gradient"] = (gradient, "background = { gradient = ... }" if gradient else "the background is one colour")
+    cutoff = "traced" if is_traced(scene.cutoff) else f"{float(scene.cutoff):.4g}"
+    found["cutoff"] = cutoff != "0" and (found["reflection"][0] or found["refraction"][0]), f"cutoff = {cutoff}"
     found["footprint"] = bool(trees), f"footprint = {trees}"
     return tuple(Decision(name, *found[name]) for name in EFFECT_NAMES)
 

@@ -24,6 +24,7 @@ from ._branch import branches
 from ._departure import any_ray, departing, parents_of, sides_of
 from ._plan import Plan
 from ._samples import Samples
+from ._truncation import Beyond, followed, left_out
 
 MOST_SHADING = 1
 """So many objects may hide a light in part; further ones count whole or not at all."""
@@ -68,14 +69,16 @@ def record(tables: Tables, camera: Camera, plan: Plan, samples: Samples) -> Reco
 
 
 def follow(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
-           light_of: Callable | None = None) -> tuple[Record, Vec3 | None]:
-    """The tree of a pass and, where `light_of(nodes, arrivals, needed)` is given, its light on the film.
+           light_of: Callable | None = None, beyond: Beyond | None = None) -> tuple[Record, tuple[Vec3 | None, Vec3 | None]]:
+    """The tree of a pass and, where `light_of(nodes, arrivals, needed)` is given, its light on the film; where `beyond` is
+    given, also the most light that the branches that are not followed could bring.
 
     Blocks are taken from the front of the queue until it is empty or the room is used up.
     """
     room = plan.pass_pixels + plan.capacity
     one = jnp.ones(plan.block, tables.ambient.dtype)
     white = Vec3(one, one, one)
+    weighed = light_of is not None or plan.effects.cutoff
 
     def waiting(state):
         start, (_, count) = state[0], state[2]
@@ -90,19 +93,21 @@ def follow(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
         parents, throughput = parents_of(origin, (arrivals, throughputs)) if plan.branching else (None, white)
         ray, footprint, factor = departing(tables, camera, plan, samples, parents, origin, alive)
         sides = sides_of(plan, parents, origin)
-        followed, at, sends = _follow(tables, plan, ray, footprint, sides, origin, alive.any())
-        queue = _append(lineage, count, slot, sends, alive) if plan.branching else (lineage, count)
-        if light_of is not None:
+        if weighed:
             throughput = where(origin.lineage == 0, white, throughput) * factor
-            light = throughput * light_of(followed, at, alive.any())
-            film = jax.tree.map(lambda f, a: f.at[origin.sample].add(jnp.where(alive, a, 0)), film, light)
-        buffers = write_block((nodes, arrivals, throughputs), (followed, at, throughput if light_of else None), start)
+        nodes_here, at, children = _follow(tables, plan, ray, footprint, sides, origin, alive.any())
+        sends = followed(tables, plan, at, origin.level, throughput, children) if plan.branching else None
+        queue = _append(lineage, count, slot, sends, alive) if plan.branching else (lineage, count)
+        lost = left_out(tables, plan, beyond, at, throughput, children, sends) if beyond and plan.branching else None
+        seen = (throughput * light_of(nodes_here, at, alive.any()) if light_of else None, lost)
+        film = jax.tree.map(lambda f, a: f.at[origin.sample].add(jnp.where(alive, a, 0)), film, seen)
+        buffers = write_block((nodes, arrivals, throughputs), (nodes_here, at, throughput if weighed else None), start)
         return end, block + 1, queue, buffers, (starts.at[block].set(start), ends.at[block].set(end)), film
 
     shapes = jax.eval_shape(lambda: _follow(tables, plan, *any_ray(plan, one.dtype), jnp.bool_(True))[:2])
-    buffers = empty_buffers((*shapes, white if light_of else None), plan.slots)
+    buffers = empty_buffers((*shapes, white if weighed else None), plan.slots)
     queue, bounds = (jnp.zeros(plan.slots, jnp.int32), jnp.int32(plan.pass_pixels)), jnp.full(plan.blocks, room, jnp.int32)
-    film = empty_buffers(white, plan.pass_pixels) if light_of else None
+    film = empty_buffers((white if light_of else None, white if beyond and plan.branching else None), plan.pass_pixels)
     first = (jnp.int32(0), jnp.int32(0), queue, buffers, (bounds, bounds), film)
     _, _, (_, count), (nodes, *_), (starts, ends), film = jax.lax.while_loop(waiting, follow_block, first)
     return Record(nodes, starts, ends, count - plan.pass_pixels), film
@@ -124,7 +129,7 @@ def _origin(plan: Plan, known: Origin, slot: Int[Array, "n"], queue: Int[Array, 
 
 
 def _follow(tables: Tables, plan: Plan, ray: Ray, footprint: Footprint | None, departure: Departure, origin: Origin, needed):
-    """Find the surface that each ray meets: its node, its arrival, and what it sends on."""
+    """Find the surface that each ray meets: its node, its arrival, and its children."""
     object, entering, cut = _meets(tables, ray, footprint, departure, needed)
     if footprint is None:
         hit, direction, beam = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, object, entering), ray.direction, None
@@ -136,9 +141,7 @@ def _follow(tables: Tables, plan: Plan, ray: Ray, footprint: Footprint | None, d
     nodes = Nodes(object, entering, outside, visible, crossed, cut, shading, origin)
     if not plan.branching:
         return nodes, at, None
-    mirror, through, past = stage(needed, lambda *a: branches(tables, plan, *a), at)
-    deeper = origin.level < plan.max_depth
-    return nodes, at, (jnp.where(deeper, mirror, 0), through & deeper, past)
+    return nodes, at, stage(needed, lambda *a: branches(tables, plan, *a), at)
 
 
 def _meets(tables: Tables, ray: Ray, footprint: Footprint | None, departure: Departure, needed):

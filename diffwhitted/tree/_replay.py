@@ -21,6 +21,7 @@ from ._local import local_radiance
 from ._plan import Plan
 from ._record import Nodes, Record, follow
 from ._samples import Samples
+from ._truncation import Beyond
 
 
 def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, samples: Samples) -> Vec3:
@@ -81,7 +82,11 @@ def light_of(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed) -> V
     return light if at.beam is None else light * at.beam.edge.share
 
 
-def trace(tables: Tables, camera: Camera, plan: Plan, samples: Samples) -> tuple[Vec3, Int[Array, ""]]:
-    """What `record` and `replay` give, in one go and without derivatives: the film, and the number of descendants."""
-    tree, film = follow(tables, camera, plan, samples, partial(light_of, tables, plan))
-    return film, tree.descendants
+def trace(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
+          beyond: Beyond | None = None) -> tuple[Vec3, Vec3 | None, Int[Array, ""]]:
+    """What `record` and `replay` give, in one go and without derivatives: the film, and the number of descendants.
+
+    Between the two, where `beyond` is given, the most light that the branches that were not followed could bring.
+    """
+    tree, (film, left) = follow(tables, camera, plan, samples, partial(light_of, tables, plan), beyond)
+    return film, left, tree.descendants

@@ -1,0 +1,55 @@
+"""A picture with a bound on what its cutoff and its depth limit leave out."""
+
+from dataclasses import dataclass, replace
+
+import jax.numpy as jnp
+import numpy as np
+
+from ._radiance_bound import radiance_bounds
+from ._render import traced_passes
+from ._vector import vec3
+from .scene import Camera, Scene, check_footprint, depth_number, whole_number
+from .tree import Beyond, likely_room, make_plan
+
+
+@dataclass(frozen=True, eq=False)
+class Bounded:
+    """A picture, and how much more light the whole tree could bring."""
+
+    image: np.ndarray
+    """(height, width, 3), linear Rec. 709 RGB."""
+    left_out: np.ndarray
+    """(height, width, 3): no tree of up to 64 levels is brighter by more; 0 where nothing was left out."""
+    rays: int
+
+    @property
+    def most(self) -> float:
+        """The largest bound in the picture."""
+        return float(self.left_out.max())
+
+
+def render_with_bound(scene: Scene, camera: Camera, *, samples: int = 1, max_depth: int | None = None,
+                      footprint: int | None = None, cutoff: float | None = None) -> Bounded:
+    """What `render` gives, with a certified bound on what its `cutoff` and `max_depth` leave out.
+
+    The bound of a pixel is the sum of the throughputs of the branches that were not followed, each times the most light
+    that can come along its ray (see `_radiance_bound`). Everything is >= 0, so the picture itself is the lower bound. Not under
+    `jit`. Raises `SceneError` for options that are none, `CapacityError` where the tree outgrows the memory.
+    """
+    scene = scene.with_cutoff(cutoff)
+    camera = camera.in_precision(scene.dtype)
+    samples, depth = whole_number(samples, "samples"), depth_number(max_depth) or scene.max_depth
+    if footprint is not None:
+        check_footprint(footprint, "")
+    # A plan of depth 1 knows no branches, and so not what they would have carried.
+    plan = make_plan(scene, camera, max_depth=max(depth, 2), capacity=likely_room(camera), footprint=footprint)
+    out, into = (vec3(jnp.asarray(side, scene.dtype)) for side in radiance_bounds(scene, camera, plan))
+    plan, beyond = replace(plan, max_depth=depth), Beyond(out, into)
+    while True:
+        image, descendants = traced_passes(scene, camera, plan, samples, beyond)
+        if int(descendants.max()) <= plan.capacity:
+            break
+        plan = plan.with_capacity(2 * int(descendants.max()))
+    image, rays = np.asarray(image), int(np.asarray(descendants, np.int64).sum())
+    left_out = np.zeros_like(image) if image.shape[-1] == 3 else image[..., 3:]
+    return Bounded(image[..., :3], left_out, rays + camera.width * camera.height * max(plan.footprint, samples) ** 2)
