@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from .._coverage import Linear, coverage, ramp
-from .._safe import normalise
+from .._safe import normalise, safe_sqrt
 from .._vector import Vec3, dot, where
 from ._hit import Hit
 from ._ray import Ray
@@ -114,17 +114,16 @@ def narrowed(footprint: Footprint, edge: Edge, share: Float[Array, "*n"]) -> Foo
     return Footprint(Ray(origin[0], direction[0]), Ray(origin[1], direction[1]))
 
 
-def on_surface(ray: Ray, footprint: Footprint, hit: Hit) -> Footprint:
+def on_surface(ray: Ray, footprint: Footprint, hit: Hit, curvature=0) -> Footprint:
     """The footprint where the ray meets the surface: its origin moves along the surface.
 
-    dP = q - d (q.N) / (d.N) with q = dO + t dD: the surface is its tangent plane to first order. Edge: where
-    |d.N| < 0.001 the footprint is that of 0.001.
+    dP = q - d (q.N) / (d.N) with q = dO + t dD: the surface is its tangent plane to first order. Edges: where
+    |d.N| < 0.001 the footprint is that of 0.001; on a surface that is curved, a pixel of width w = |q.N| reaches no
+    further than the sqrt(2 w / curvature) from where it grazes the surface to w below.
     """
     distance = dot(hit.point - ray.origin, ray.direction)
-    towards = jnp.minimum(dot(ray.direction, hit.normal), -STEEPEST)
-
-    def along(side: Ray) -> Ray:
-        free = side.origin + side.direction * distance
-        return Ray(free - ray.direction * (dot(free, hit.normal) / towards), side.direction)
-
-    return Footprint(along(footprint.across), along(footprint.down))
+    free = [side.origin + side.direction * distance for side in footprint.sides()]
+    width = sum(abs(dot(q, hit.normal)) for q in free)
+    towards = -jnp.maximum(jnp.maximum(-dot(ray.direction, hit.normal), STEEPEST), safe_sqrt(0.5 * width * abs(curvature)))
+    moved = [q - ray.direction * (dot(q, hit.normal) / towards) for q in free]
+    return Footprint(*(Ray(origin, side.direction) for origin, side in zip(moved, footprint.sides(), strict=True)))

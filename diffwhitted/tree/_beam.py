@@ -51,7 +51,7 @@ def arriving(shapes: Shapes, ray: Ray, footprint: Footprint, object: Int[Array, 
 
     def meet(ray, footprint, object, entering):
         hit = surface_at(shapes, ray, object, entering)
-        return hit.point, hit.normal, on_surface(ray, footprint, hit)
+        return hit.point, hit.normal, on_surface(ray, footprint, hit, curvature_at(shapes, hit))
 
     def meet_part(ray, footprint, object, entering):
         here = object[0] >= NOTHING
