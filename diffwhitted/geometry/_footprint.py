@@ -67,7 +67,7 @@ def edge_of(outline: Linear, here: Bool[Array, "*n"]) -> Edge:
 
 def covered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprint]:
     """The ray through the middle of the covered part of the pixel, and the footprint of that part."""
-    return _part(ray, footprint, edge, edge.share, edge.shift)
+    return part_of(ray, footprint, edge, edge.share, edge.shift)
 
 
 def uncovered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprint]:
@@ -78,7 +78,7 @@ def uncovered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprin
     """
     covered_share = jnp.where(edge.share > 0, edge.share, 1)
     rest = jnp.where(edge.share < 1, 1 - edge.share, 1)
-    return _part(ray, footprint, edge, rest / covered_share, -edge.shift / (rest * covered_share))
+    return part_of(ray, footprint, edge, rest / covered_share, -edge.shift / (rest * covered_share))
 
 
 def crosswise(footprint: Footprint, direction: Vec3) -> Footprint:
@@ -90,7 +90,9 @@ def crosswise(footprint: Footprint, direction: Vec3) -> Footprint:
     return Footprint(one(footprint.across), one(footprint.down))
 
 
-def _part(ray: Ray, footprint: Footprint, edge: Edge, share, shift) -> tuple[Ray, Footprint]:
+def part_of(ray: Ray, footprint: Footprint, edge: Edge, share, shift) -> tuple[Ray, Footprint]:
+    """The ray `shift` along the edge's vector from the middle of the pixel, and the footprint of a `share` of it."""
+
     def towards(a: Vec3, b: Vec3) -> Vec3:
         return a * edge.across + b * edge.down
 

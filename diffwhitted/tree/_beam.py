@@ -28,9 +28,9 @@ from ..geometry import (
     crosswise,
     curvature_at,
     edge_of,
-    narrowed,
     on_surface,
     outline_of,
+    part_of,
     surface_at,
     uncovered,
 )
@@ -143,15 +143,11 @@ def _special(tables: Tables, plan: Plan, at: Arrival, branch, factor: Vec3, eta)
     left = safe_divide(1 - at.beam.edge.share, at.beam.edge.share)
     if not (plan.effects.refraction and plan.effects.total_internal_reflection):
         return past, rest, factor * left
-    turn, edge = stage(here, _turn_at_rim, at, branch, eta)
-    ray, footprint = stage(here, _turned, at, turn)
-    through = branch == TRANSMITTED
-    ray = Ray(ray.origin, normalise(ray.direction))
-    footprint = where(through, stage(here, narrowed, footprint, edge, edge.share), footprint)
-    factor = where(through, factor * edge.share, factor)
+    k_s = lookup(tables.materials.k_s, lookup(tables.material_of, at.object)) * (1 if plan.effects.reflection else 0)
+    ray, footprint, through, reflected = stage(here, _at_rim, at, branch, eta, (k_s.x + k_s.y + k_s.z) / 3)
+    factor = where(branch == TRANSMITTED, factor * through, factor)
     if plan.total_reflection_is_full:
-        k_s = lookup(tables.materials.k_s, lookup(tables.material_of, at.object)) * (edge.share if plan.effects.reflection else 0)
-        factor = where(branch == TOTAL, factor * (1 - edge.share) + factor * k_s, factor)
+        factor = where(branch == TOTAL, factor * reflected + k_s * factor * through, factor)
     return where(beside, (past, rest, factor * left), (ray, footprint, factor))
 
 
@@ -159,12 +155,24 @@ def _uncovered(at: Arrival) -> tuple[Ray, Footprint]:
     return uncovered(Ray(at.point, at.direction), crosswise(at.beam.footprint, at.direction), at.beam.edge)
 
 
-def _turn_at_rim(at: Arrival, branch, eta) -> tuple[Turn, Edge]:
-    """How the direction turns where total reflection begins in the pixel, and the edge beyond which it has begun."""
+def _at_rim(at: Arrival, branch, eta, k_s) -> tuple[Ray, Footprint, Float[Array, "n"], Float[Array, "n"]]:
+    """A child that leaves from where total reflection begins in the pixel; the shares of the pixel before and past it.
+
+    It leaves from the middle of its own part and has the footprint of that part. What is totally reflected and k_s
+    of the rest go on as one ray, between the middles of the two parts.
+    """
     square = radicand(at, eta)
     edge = edge_of(square, is_rim(square))
     mean = jnp.where(edge.share < 1, ramp(square) / edge.share, square.value)
-    return turn_at(_cosine(at), eta, mean, branch == TRANSMITTED), edge
+    past = 1 - edge.share
+    reflected = past + k_s * edge.share
+    kept = jnp.where(branch == TRANSMITTED, edge.share, jnp.where(branch == TOTAL, reflected, 1))
+    shift = jnp.where(branch == TRANSMITTED, 1, jnp.where(branch == TOTAL, -edge.share * safe_divide(1 - k_s, reflected), 0)) * edge.shift
+    moved, footprint = part_of(Ray(at.point, at.direction), at.beam.footprint, edge, kept, shift)
+    normal = normalise(at.normal + (moved.origin - at.point) * at.beam.curvature)
+    part = Arrival(moved.origin, normal, moved.direction, at.object, at.entering, None, Beam(footprint, at.beam.curvature, edge, None))
+    ray, footprint = _turned(part, turn_at(_cosine(part), eta, mean, branch == TRANSMITTED))
+    return Ray(ray.origin, normalise(ray.direction)), footprint, edge.share, past
 
 
 def _cosine(at: Arrival) -> Linear:
