@@ -6,7 +6,7 @@ is known to first order over the whole pixel.
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 from .._coverage import Linear, coverage, ramp
 from .._safe import normalise, safe_sqrt
@@ -27,6 +27,8 @@ class Footprint(eqx.Module):
     """Along the row."""
     down: Ray
     """Along the column."""
+    within: Int[Array, "*n"] | None = None
+    """The object that the ray was refracted into and has not left, -1 for none. None where nothing is refracted."""
 
     def sides(self) -> tuple[Ray, Ray]:
         return self.across, self.down
@@ -87,7 +89,7 @@ def crosswise(footprint: Footprint, direction: Vec3) -> Footprint:
     def one(side: Ray) -> Ray:
         return Ray(side.origin - direction * dot(side.origin, direction), side.direction)
 
-    return Footprint(one(footprint.across), one(footprint.down))
+    return Footprint(one(footprint.across), one(footprint.down), footprint.within)
 
 
 def part_of(ray: Ray, footprint: Footprint, edge: Edge, share, shift) -> tuple[Ray, Footprint]:
@@ -113,7 +115,7 @@ def narrowed(footprint: Footprint, edge: Edge, share: Float[Array, "*n"]) -> Foo
         return across - towards * edge.across, down - towards * edge.down
 
     origin, direction = one("origin"), one("direction")
-    return Footprint(Ray(origin[0], direction[0]), Ray(origin[1], direction[1]))
+    return Footprint(Ray(origin[0], direction[0]), Ray(origin[1], direction[1]), footprint.within)
 
 
 def on_surface(ray: Ray, footprint: Footprint, hit: Hit, curvature=0) -> Footprint:
@@ -128,4 +130,4 @@ def on_surface(ray: Ray, footprint: Footprint, hit: Hit, curvature=0) -> Footpri
     width = sum(abs(dot(q, hit.normal)) for q in free)
     towards = -jnp.maximum(jnp.maximum(-dot(ray.direction, hit.normal), STEEPEST), safe_sqrt(0.5 * width * abs(curvature)))
     moved = [q - ray.direction * (dot(q, hit.normal) / towards) for q in free]
-    return Footprint(*(Ray(origin, side.direction) for origin, side in zip(moved, footprint.sides(), strict=True)))
+    return Footprint(*(Ray(origin, side.direction) for origin, side in zip(moved, footprint.sides(), strict=True)), footprint.within)

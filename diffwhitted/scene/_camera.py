@@ -9,7 +9,7 @@ from jaxtyping import Array, Float, Int
 from .._errors import SceneError
 from .._safe import normalise, rescaled
 from .._vector import cross, vec3
-from ..geometry import Footprint, Ray
+from ..geometry import NOTHING, Footprint, Ray
 from ._checks import is_traced, number_array, require
 
 LARGEST_SIDE = 32768
@@ -86,7 +86,8 @@ class Camera(eqx.Module):
         dtype = self.look_from.dtype
         place = (pixel % self.width).astype(dtype) + offset[0], (pixel // self.width).astype(dtype) + offset[1]
         side, none = jnp.full_like(place[0], size), jnp.zeros_like(place[0])
-        return Footprint(jax.jvp(self.rays, place, (side, none))[1], jax.jvp(self.rays, place, (none, side))[1])
+        across, down = (jax.jvp(self.rays, place, way)[1] for way in ((side, none), (none, side)))
+        return Footprint(across, down, jnp.full_like(pixel, NOTHING))
 
 
 def _size(value, place: str, field: str) -> int:
