@@ -150,11 +150,11 @@ def _special(tables: Tables, plan: Plan, at: Arrival, branch, factor: Vec3, eta)
     left = safe_divide(1 - at.beam.edge.share, at.beam.edge.share)
     if not (plan.effects.refraction and plan.effects.total_internal_reflection):
         return past, rest, factor * left
-    k_s = lookup(tables.materials.k_s, lookup(tables.material_of, at.object)) * (1 if plan.effects.reflection else 0)
-    ray, footprint, through, reflected = stage(here, _at_rim, at, branch, eta, (k_s.x + k_s.y + k_s.z) / 3)
-    factor = where(branch == TRANSMITTED, factor * through, factor)
+    ray, footprint, before = stage(here, _at_rim, at, branch, eta)
+    factor = where(branch == TRANSMITTED, factor * before, factor)
     if plan.total_reflection_is_full:
-        factor = where(branch == TOTAL, factor * reflected + k_s * factor * through, factor)
+        k_s = lookup(tables.materials.k_s, lookup(tables.material_of, at.object)) * (before if plan.effects.reflection else 0)
+        factor = where(branch == TOTAL, factor * (1 - before) + factor * k_s, factor)
     return where(beside, (past, rest, factor * left), (ray, footprint, factor))
 
 
@@ -162,24 +162,24 @@ def _uncovered(at: Arrival) -> tuple[Ray, Footprint]:
     return uncovered(Ray(at.point, at.direction), crosswise(at.beam.footprint, at.direction), at.beam.edge)
 
 
-def _at_rim(at: Arrival, branch, eta, k_s) -> tuple[Ray, Footprint, Float[Array, "n"], Float[Array, "n"]]:
-    """A child that leaves from where total reflection begins in the pixel; the shares of the pixel before and past it.
+def _at_rim(at: Arrival, branch, eta) -> tuple[Ray, Footprint, Float[Array, "n"]]:
+    """A child that leaves from where total reflection begins in the pixel, and the share of the pixel before that.
 
-    It leaves from the middle of its own part and has the footprint of that part. What is totally reflected and k_s
-    of the rest go on as one ray, between the middles of the two parts.
+    It leaves from the middle of its own part and has the footprint of that part: a ray that stays within a sphere meets
+    it at the same angle again and again, and would else lose light each time. The k_s of the light before the rim
+    goes along with what is totally reflected.
     """
     square = radicand(at, eta)
     edge = edge_of(square, is_rim(square))
     mean = jnp.where(edge.share < 1, ramp(square) / edge.share, square.value)
-    past = 1 - edge.share
-    reflected = past + k_s * edge.share
-    kept = jnp.where(branch == TRANSMITTED, edge.share, jnp.where(branch == TOTAL, reflected, 1))
-    shift = jnp.where(branch == TRANSMITTED, 1, jnp.where(branch == TOTAL, -edge.share * safe_divide(1 - k_s, reflected), 0)) * edge.shift
+    through, total, past = branch == TRANSMITTED, branch == TOTAL, jnp.where(edge.share < 1, 1 - edge.share, 1)
+    kept = jnp.where(through, edge.share, jnp.where(total, past, 1))
+    shift = edge.shift * jnp.where(through, 1, jnp.where(total, -edge.share / past, 0))
     moved, footprint = part_of(Ray(at.point, at.direction), at.beam.footprint, edge, kept, shift)
     normal = normalise(at.normal + (moved.origin - at.point) * at.beam.curvature)
     part = Arrival(moved.origin, normal, moved.direction, at.object, at.entering, None, Beam(footprint, at.beam.curvature, edge, None))
-    ray, footprint = _turned(part, turn_at(_cosine(part), eta, mean, branch == TRANSMITTED), branch)
-    return Ray(ray.origin, normalise(ray.direction)), footprint, edge.share, past
+    ray, footprint = _turned(part, turn_at(_cosine(part), eta, mean, through), branch)
+    return Ray(ray.origin, normalise(ray.direction)), footprint, edge.share
 
 
 def _cosine(at: Arrival) -> Linear:
