@@ -118,6 +118,35 @@ def test_the_derivative_is_that_of_the_area(name, what, step, like, off):
     assert rms(ours, image) < {"touching": 0.0095, "pool": 0.0045}[name]
 
 
+def lantern():
+    """A triangle behind glass, both without lamps: outlines, and no more."""
+    objects = [dw.Sphere("ball", [0, 0, 0], 1, "ball"), dw.Polygon("sail", [[-1.2, -0.9, -1.2], [0.9, -0.6, -2.2], [-0.5, 0.9, -1.8]], "sail")]
+    materials = {"ball": dw.Material(k_t=0.9, refractive_index=1.5), "sail": dw.Material(k_a=(0.1, 0.6, 0.2))}
+    return dw.Scene(objects=objects, materials=materials, background=dw.GradientBackground((0.1, 0.2, 0.6), (0.9, 0.7, 0.2)),
+                    cameras={"main": dw.Camera([0, 0.8, 5], [0.1, 0, 0], 36, 24, 18)})
+
+
+def test_reverse_mode_agrees_with_forward_mode_where_edges_move():
+    """One loss, its gradient in all numbers of the scene against its derivative along a random direction."""
+    scene = lantern()
+    arrays, rest = eqx.partition(scene, eqx.is_array)
+    plan = make_plan(scene, scene.cameras["main"], footprint=1, capacity=6 * 24 * 18)
+    random = np.random.default_rng(0)
+    along = jax.tree.map(lambda a: jnp.asarray(random.normal(size=a.shape), a.dtype), arrays)
+
+    def loss(arrays):
+        image, needed = render_passes(eqx.combine(arrays, rest), eqx.combine(arrays, rest).cameras["main"], plan)
+        return ((image - 0.5) ** 2).sum(), needed
+
+    (_, needed), gradient = jax.jit(jax.value_and_grad(loss, has_aux=True))(arrays)
+    assert needed <= plan.capacity
+    forward = jax.jit(lambda a, b: jax.jvp(lambda a: loss(a)[0], (a,), (b,))[1])(arrays, along)
+    reverse = sum((np.asarray(g, np.float64) * np.asarray(v)).sum() for g, v in zip(jax.tree.leaves(gradient), jax.tree.leaves(along), strict=True))
+    parts = [abs(np.asarray(g, np.float64) * np.asarray(v)).sum() for g, v in zip(jax.tree.leaves(gradient), jax.tree.leaves(along), strict=True)]
+    assert all(np.isfinite(g).all() for g in jax.tree.leaves(gradient)) and gradient.materials["ball"].refractive_index != 0
+    assert reverse == pytest.approx(forward, abs=1e-4 * sum(parts))
+
+
 def awkward(name, seed):
     """The scene with other numbers; some of them bring about what is rare."""
     random = np.random.default_rng(seed)
