@@ -6,10 +6,10 @@ is known to first order over the whole pixel.
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 from .._coverage import Linear, coverage, ramp
-from .._safe import normalise
+from .._safe import normalise, safe_sqrt
 from .._vector import Vec3, dot, where
 from ._hit import Hit
 from ._ray import Ray
@@ -27,6 +27,8 @@ class Footprint(eqx.Module):
     """Along the row."""
     down: Ray
     """Along the column."""
+    within: Int[Array, "*n"] | None = None
+    """The object that the ray was refracted into and has not left, -1 for none. None where nothing is refracted."""
 
     def sides(self) -> tuple[Ray, Ray]:
         return self.across, self.down
@@ -67,7 +69,7 @@ def edge_of(outline: Linear, here: Bool[Array, "*n"]) -> Edge:
 
 def covered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprint]:
     """The ray through the middle of the covered part of the pixel, and the footprint of that part."""
-    return _part(ray, footprint, edge, edge.share, edge.shift)
+    return part_of(ray, footprint, edge, edge.share, edge.shift)
 
 
 def uncovered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprint]:
@@ -78,7 +80,7 @@ def uncovered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprin
     """
     covered_share = jnp.where(edge.share > 0, edge.share, 1)
     rest = jnp.where(edge.share < 1, 1 - edge.share, 1)
-    return _part(ray, footprint, edge, rest / covered_share, -edge.shift / (rest * covered_share))
+    return part_of(ray, footprint, edge, rest / covered_share, -edge.shift / (rest * covered_share))
 
 
 def crosswise(footprint: Footprint, direction: Vec3) -> Footprint:
@@ -87,10 +89,12 @@ def crosswise(footprint: Footprint, direction: Vec3) -> Footprint:
     def one(side: Ray) -> Ray:
         return Ray(side.origin - direction * dot(side.origin, direction), side.direction)
 
-    return Footprint(one(footprint.across), one(footprint.down))
+    return Footprint(one(footprint.across), one(footprint.down), footprint.within)
 
 
-def _part(ray: Ray, footprint: Footprint, edge: Edge, share, shift) -> tuple[Ray, Footprint]:
+def part_of(ray: Ray, footprint: Footprint, edge: Edge, share, shift) -> tuple[Ray, Footprint]:
+    """The ray `shift` along the edge's vector from the middle of the pixel, and the footprint of a `share` of it."""
+
     def towards(a: Vec3, b: Vec3) -> Vec3:
         return a * edge.across + b * edge.down
 
@@ -111,20 +115,19 @@ def narrowed(footprint: Footprint, edge: Edge, share: Float[Array, "*n"]) -> Foo
         return across - towards * edge.across, down - towards * edge.down
 
     origin, direction = one("origin"), one("direction")
-    return Footprint(Ray(origin[0], direction[0]), Ray(origin[1], direction[1]))
+    return Footprint(Ray(origin[0], direction[0]), Ray(origin[1], direction[1]), footprint.within)
 
 
-def on_surface(ray: Ray, footprint: Footprint, hit: Hit) -> Footprint:
+def on_surface(ray: Ray, footprint: Footprint, hit: Hit, curvature=0) -> Footprint:
     """The footprint where the ray meets the surface: its origin moves along the surface.
 
-    dP = q - d (q.N) / (d.N) with q = dO + t dD: the surface is its tangent plane to first order. Edge: where
-    |d.N| < 0.001 the footprint is that of 0.001.
+    dP = q - d (q.N) / (d.N) with q = dO + t dD: the surface is its tangent plane to first order. Edges: where
+    |d.N| < 0.001 the footprint is that of 0.001; on a surface that is curved, a pixel of width w = |q.N| reaches no
+    further than the sqrt(2 w / curvature) from where it grazes the surface to w below.
     """
     distance = dot(hit.point - ray.origin, ray.direction)
-    towards = jnp.minimum(dot(ray.direction, hit.normal), -STEEPEST)
-
-    def along(side: Ray) -> Ray:
-        free = side.origin + side.direction * distance
-        return Ray(free - ray.direction * (dot(free, hit.normal) / towards), side.direction)
-
-    return Footprint(along(footprint.across), along(footprint.down))
+    free = [side.origin + side.direction * distance for side in footprint.sides()]
+    width = sum(abs(dot(q, hit.normal)) for q in free)
+    towards = -jnp.maximum(jnp.maximum(-dot(ray.direction, hit.normal), STEEPEST), safe_sqrt(0.5 * width * abs(curvature)))
+    moved = [q - ray.direction * (dot(q, hit.normal) / towards) for q in free]
+    return Footprint(*(Ray(origin, side.direction) for origin, side in zip(moved, footprint.sides(), strict=True)), footprint.within)

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float, Int
 from .._errors import SceneError
 from .._safe import normalise, rescaled
 from .._vector import cross, vec3
-from ..geometry import Footprint, Ray
+from ..geometry import NOTHING, Footprint, Ray
 from ._checks import is_traced, number_array, require
 
 LARGEST_SIDE = 32768
@@ -87,7 +87,8 @@ class Camera(eqx.Module):
     def footprint(self, column: Float[Array, "*n"], row: Float[Array, "*n"], side: Float[Array, ""]) -> Footprint:
         """The change of the rays through these positions over squares of `side` times `side` pixels."""
         place, side, none = (column, row), side * jnp.ones_like(column), jnp.zeros_like(column)
-        return Footprint(jax.jvp(self.rays, place, (side, none))[1], jax.jvp(self.rays, place, (none, side))[1])
+        across, down = (jax.jvp(self.rays, place, way)[1] for way in ((side, none), (none, side)))
+        return Footprint(across, down, jnp.full(column.shape, NOTHING, jnp.int32))
 
 
 def _size(value, place: str, field: str) -> int:

@@ -28,15 +28,15 @@ from ..geometry import (
     crosswise,
     curvature_at,
     edge_of,
-    narrowed,
     on_surface,
     outline_of,
+    part_of,
     surface_at,
     uncovered,
 )
 from ..optics import Turn, refraction_radicand, turn_at
 from ..scene import Light, Tables
-from ._arrival import PAST, TOTAL, TRANSMITTED, Arrival, Beam
+from ._arrival import MIRROR, PAST, TOTAL, TRANSMITTED, Arrival, Beam
 from ._plan import Plan
 
 STEEPEST = 1.6
@@ -51,7 +51,7 @@ def arriving(shapes: Shapes, ray: Ray, footprint: Footprint, object: Int[Array, 
 
     def meet(ray, footprint, object, entering):
         hit = surface_at(shapes, ray, object, entering)
-        return hit.point, hit.normal, on_surface(ray, footprint, hit)
+        return hit.point, hit.normal, on_surface(ray, footprint, hit, curvature_at(shapes, hit))
 
     def meet_part(ray, footprint, object, entering):
         here = object[0] >= NOTHING
@@ -85,10 +85,16 @@ def light_beam(light: Light, point: Vec3, footprint: Footprint) -> Footprint:
 
 
 def radicand(at: Arrival, eta: Float[Array, "n"]) -> Linear:
-    """cos_r**2 over the pixel: d cos_r**2 = 2 eta**2 cos_i d cos_i."""
+    """cos_r**2 over the pixel: d cos_r**2 = 2 eta**2 cos_i d cos_i.
+
+    Where a ray was refracted into the object that it is about to leave, it meets the surface at the angle at which it
+    came in, on a sphere: cos_r**2 is that of then, and never negative.
+    """
     cosine = _cosine(at)
     by = 2 * eta * eta * cosine.value
-    return Linear(refraction_radicand(cosine.value, eta), cosine.across * by, cosine.down * by).within(1.0)
+    square = Linear(refraction_radicand(cosine.value, eta), cosine.across * by, cosine.down * by).within(1.0)
+    returns = ~at.entering & (at.beam.footprint.within == at.object)
+    return where(returns, Linear(jnp.maximum(square.value, 0), by * 0, by * 0), square)
 
 
 def is_rim(square: Linear) -> Bool[Array, "n"]:
@@ -101,7 +107,7 @@ def child_beam(tables: Tables, plan: Plan, at: Arrival, branch: Int[Array, "n"],
     """The ray that leaves a parent along a branch, its footprint, and the share of its light that the parent passes on."""
     needed = branch[0] >= 0
     turn, special = stage(needed, lambda *a: _turn(plan, *a), at, branch, eta)
-    ray, footprint = stage(needed, _turned, at, turn)
+    ray, footprint = stage(needed, _turned, at, turn, branch)
     factor = factor * at.beam.edge.share
     ray, footprint, factor = packed(special, lambda *a: _special(tables, plan, *a), (ray, footprint, factor), at, branch, factor, eta)
     return *stage(needed, _kept_small, ray, footprint), factor
@@ -115,7 +121,7 @@ def _kept_small(ray: Ray, footprint: Footprint) -> tuple[Ray, Footprint]:
     apart_squared = jnp.maximum(*(dot(side.direction, side.direction) for side in footprint.sides()))
     lost = ~(apart_squared < WIDEST * WIDEST)
     scale = WIDEST / jnp.sqrt(jnp.where(lost & jnp.isfinite(apart_squared), apart_squared, WIDEST * WIDEST))
-    smaller = Footprint(*(Ray(side.origin * scale, side.direction * scale) for side in footprint.sides()))
+    smaller = Footprint(*(Ray(side.origin * scale, side.direction * scale) for side in footprint.sides()), footprint.within)
     return where(lost, jax.lax.stop_gradient((ray, smaller)), (ray, footprint))
 
 
@@ -130,10 +136,11 @@ def _turn(plan: Plan, at: Arrival, branch, eta) -> tuple[Turn, Bool[Array, "n"]]
     return turn_at(_cosine(at), eta, square.value, branch == TRANSMITTED), special
 
 
-def _turned(at: Arrival, turn: Turn) -> tuple[Ray, Footprint]:
+def _turned(at: Arrival, turn: Turn, branch) -> tuple[Ray, Footprint]:
     sides = [Ray(side.origin, turn.change(side.direction, side.origin * at.beam.curvature, at.normal, change))
              for side, change in zip(at.beam.footprint.sides(), (turn.across, turn.down), strict=True)]
-    return Ray(at.point, turn.direction(at.direction, at.normal)), Footprint(*sides)
+    inside = jnp.where(branch == TRANSMITTED, at.entering, ~at.entering & (branch == MIRROR) & (at.beam.footprint.within == at.object))
+    return Ray(at.point, turn.direction(at.direction, at.normal)), Footprint(*sides, jnp.where(inside, at.object, NOTHING))
 
 
 def _special(tables: Tables, plan: Plan, at: Arrival, branch, factor: Vec3, eta) -> tuple[Ray, Footprint, Vec3]:
@@ -143,15 +150,11 @@ def _special(tables: Tables, plan: Plan, at: Arrival, branch, factor: Vec3, eta)
     left = safe_divide(1 - at.beam.edge.share, at.beam.edge.share)
     if not (plan.effects.refraction and plan.effects.total_internal_reflection):
         return past, rest, factor * left
-    turn, edge = stage(here, _turn_at_rim, at, branch, eta)
-    ray, footprint = stage(here, _turned, at, turn)
-    through = branch == TRANSMITTED
-    ray = Ray(ray.origin, normalise(ray.direction))
-    footprint = where(through, stage(here, narrowed, footprint, edge, edge.share), footprint)
-    factor = where(through, factor * edge.share, factor)
+    ray, footprint, before = stage(here, _at_rim, at, branch, eta)
+    factor = where(branch == TRANSMITTED, factor * before, factor)
     if plan.total_reflection_is_full:
-        k_s = lookup(tables.materials.k_s, lookup(tables.material_of, at.object)) * (edge.share if plan.effects.reflection else 0)
-        factor = where(branch == TOTAL, factor * (1 - edge.share) + factor * k_s, factor)
+        k_s = lookup(tables.materials.k_s, lookup(tables.material_of, at.object)) * (before if plan.effects.reflection else 0)
+        factor = where(branch == TOTAL, factor * (1 - before) + factor * k_s, factor)
     return where(beside, (past, rest, factor * left), (ray, footprint, factor))
 
 
@@ -159,12 +162,24 @@ def _uncovered(at: Arrival) -> tuple[Ray, Footprint]:
     return uncovered(Ray(at.point, at.direction), crosswise(at.beam.footprint, at.direction), at.beam.edge)
 
 
-def _turn_at_rim(at: Arrival, branch, eta) -> tuple[Turn, Edge]:
-    """How the direction turns where total reflection begins in the pixel, and the edge beyond which it has begun."""
+def _at_rim(at: Arrival, branch, eta) -> tuple[Ray, Footprint, Float[Array, "n"]]:
+    """A child that leaves from where total reflection begins in the pixel, and the share of the pixel before that.
+
+    It leaves from the middle of its own part and has the footprint of that part: a ray that stays within a sphere meets
+    it at the same angle again and again, and would else lose light each time. The k_s of the light before the rim
+    goes along with what is totally reflected.
+    """
     square = radicand(at, eta)
     edge = edge_of(square, is_rim(square))
     mean = jnp.where(edge.share < 1, ramp(square) / edge.share, square.value)
-    return turn_at(_cosine(at), eta, mean, branch == TRANSMITTED), edge
+    through, total, past = branch == TRANSMITTED, branch == TOTAL, jnp.where(edge.share < 1, 1 - edge.share, 1)
+    kept = jnp.where(through, edge.share, jnp.where(total, past, 1))
+    shift = edge.shift * jnp.where(through, 1, jnp.where(total, -edge.share / past, 0))
+    moved, footprint = part_of(Ray(at.point, at.direction), at.beam.footprint, edge, kept, shift)
+    normal = normalise(at.normal + (moved.origin - at.point) * at.beam.curvature)
+    part = Arrival(moved.origin, normal, moved.direction, at.object, at.entering, None, Beam(footprint, at.beam.curvature, edge, None))
+    ray, footprint = _turned(part, turn_at(_cosine(part), eta, mean, through), branch)
+    return Ray(ray.origin, normalise(ray.direction)), footprint, edge.share
 
 
 def _cosine(at: Arrival) -> Linear:

@@ -66,6 +66,6 @@ def any_ray(plan: Plan, dtype) -> tuple[Ray, Footprint | None, Departure, Origin
     zero, index = jnp.zeros(plan.block, dtype), jnp.zeros(plan.block, jnp.int32)
     point = Vec3(zero, zero, zero)
     ray = Ray(point, point)
-    footprint = Footprint(ray, ray) if plan.footprint else None
+    footprint = Footprint(ray, ray, index) if plan.footprint else None
     departure = Departure(index, index > 0, (index,) * (MOST_PASSED if plan.footprint else 0))
     return ray, footprint, departure, Origin(index, index.astype(jnp.int8), index)
