@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from ._antialias import antialias as adaptive
 from ._errors import CapacityError, SceneError
 from ._workers import side_by_side
 from .image import gathered
@@ -16,13 +17,15 @@ from .tree import Beyond, Plan, Record, grid, likely_room, make_plan, record, re
 
 
 def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: int = 1,
-           max_depth: int | None = None, footprint: int | None = None, cutoff: float | None = None) -> Float[Array, "height width 3"]:
+           max_depth: int | None = None, footprint: int | None = None, cutoff: float | None = None,
+           antialias: float | None = None) -> Float[Array, "height width 3"]:
     """The image of a scene: linear Rec. 709 RGB, scene-referred, row 0 on top.
 
     `samples` is the number of samples along each side of a pixel (n x n rays on a regular grid, averaged);
     `footprint` = k traces k x k trees in their place whose rays average what they meet over their share of the
     pixel (0: none); a branch that would carry less than `cutoff` in every channel is not followed (0: all are).
-    These two and `max_depth` replace the scene's. Works under `jit`, `grad`, `jvp` and `vmap`.
+    These two and `max_depth` replace the scene's. `antialias` is the threshold of Whitted's adaptive scheme in place of
+    samples or footprint (see `antialias`; not where values are traced). Works under `jit`, `grad`, `jvp` and `vmap`.
     Derivatives in all arrays of `scene` and `camera` are those of the recorded tree: exact for the coefficients
     that move no ray. For those that do, such as a refractive index, they see the motion of edges only with a
     footprint.
@@ -39,6 +42,11 @@ def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: i
         if given and value is not None:
             raise SceneError(f"{option} = {value} beside a plan, which has its own; give it to diffwhitted.plan instead")
     traced = any(map(is_traced, jax.tree.leaves((scene, camera))))
+    if antialias is not None:
+        if given or samples > 1 or footprint or traced:
+            other = "a plan" if given else f"samples = {samples}" if samples > 1 else f"footprint = {footprint}" if footprint else "traced values"
+            raise SceneError(f"antialias = {antialias!r} with {other}; allowed is one way to antialias, and this one only outside jit, grad and vmap")
+        return jnp.asarray(adaptive(scene, camera, antialias, max_depth=max_depth).image)
     if given:
         _check(plan, scene, camera, traced)
     else:

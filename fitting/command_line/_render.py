@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ._environment import set_up
-from ._options import CameraName, Cutoff, Depth, Footprint, Height, Precision, PrecisionName, Samples, ScenePath, Width, chosen_camera
+from ._options import Antialias, CameraName, Cutoff, Depth, Footprint, Height, Precision, PrecisionName, Samples, ScenePath, Width, chosen_camera
 
 if TYPE_CHECKING:
     import numpy as np
@@ -27,7 +27,8 @@ Exposure = Annotated[float, typer.Option(
 
 def render(
     scene: ScenePath, out: Out, camera: CameraName = None, width: Width = None, height: Height = None, depth: Depth = None,
-    samples: Samples = 1, footprint: Footprint = None, cutoff: Cutoff = None, precision: PrecisionName = Precision.float32, exposure: Exposure = 0.0,
+    samples: Samples = 1, footprint: Footprint = None, cutoff: Cutoff = None, antialias: Antialias = None,
+    precision: PrecisionName = Precision.float32, exposure: Exposure = 0.0,
 ) -> None:
     """Render a scene to an image file.
 
@@ -46,9 +47,13 @@ def render(
     loaded = load_scene(scene, precision=precision.value).with_cutoff(cutoff)
     name, view = chosen_camera(loaded, camera)
     view = view.resized(width, height)
-    trees = chosen_footprint(footprint, samples, loaded.footprint, for_eyes=bool(form.bits))
-    picture = rendered(loaded, view, depth, samples, trees)
-    about = {"scene": scene.name, "camera": name, "samples": (trees or samples) ** 2, "footprint": trees}
+    if antialias is None:
+        trees = chosen_footprint(footprint, samples, loaded.footprint, for_eyes=bool(form.bits))
+        picture = rendered(loaded, view, depth, samples, trees)
+        about = {"scene": scene.name, "camera": name, "samples": (trees or samples) ** 2, "footprint": trees}
+    else:
+        picture = adaptive(loaded, view, depth, samples, footprint, antialias)
+        about = {"scene": scene.name, "camera": name, "antialias": antialias}
     write_image(out, picture.pixels, exposure=exposure, metadata=about)
     print(f"wrote {out}: {view.width} x {view.height} pixels, {picture.rays:,} rays in {picture.seconds:.2f} s, "
           f"after {picture.seconds_compile:.1f} s of compiling")
@@ -105,6 +110,21 @@ def rendered(scene: Scene, camera: Camera, depth: int | None, samples: int, foot
             pixels = np.asarray(pixels)
             return Picture(pixels[..., :3], rays, seconds, compiling, None if beyond is None else float(pixels[..., 3:].max()))
         plan = plan.with_capacity(2 * needed)
+
+
+def adaptive(scene: Scene, camera: Camera, depth: int | None, samples: int, footprint: int | None, threshold: float) -> Picture:
+    """What `diffwhitted.antialias` gives, run twice to tell compiling from rendering."""
+    from diffwhitted import InputError
+    from diffwhitted import antialias as divided
+
+    if samples > 1 or footprint:
+        raise InputError(f"--antialias {threshold:g} with --{'samples' if samples > 1 else 'footprint'}: allowed is one way to antialias")
+    begun = time.perf_counter()
+    divided(scene, camera, threshold, max_depth=depth)
+    compiled = time.perf_counter()
+    found = divided(scene, camera, threshold, max_depth=depth)
+    seconds = time.perf_counter() - compiled
+    return Picture(found.image, found.rays, seconds, compiled - begun - seconds, None)
 
 
 def _clipped_note(clipped: Any, pixels: int) -> str:
