@@ -7,6 +7,7 @@ together. The cost follows the rays that exist.
 """
 
 from collections.abc import Callable
+from functools import partial
 
 import equinox as eqx
 import jax
@@ -79,6 +80,7 @@ def follow(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
     one = jnp.ones(plan.block, tables.ambient.dtype)
     white = Vec3(one, one, one)
     weighed = light_of is not None or plan.effects.cutoff
+    follow_rays = jax.jit(partial(_follow, tables, plan))  # traced once, for its shapes and for its results
 
     def waiting(state):
         start, (_, count) = state[0], state[2]
@@ -95,7 +97,7 @@ def follow(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
         sides = sides_of(plan, parents, origin)
         if weighed:
             throughput = where(origin.lineage == 0, white, throughput) * factor
-        nodes_here, at, children = _follow(tables, plan, ray, footprint, sides, origin, alive.any())
+        nodes_here, at, children = follow_rays(ray, footprint, sides, origin, alive.any())
         sends = followed(tables, plan, at, origin.level, throughput, children) if plan.branching else None
         queue = _append(lineage, count, slot, sends, alive) if plan.branching else (lineage, count)
         lost = left_out(tables, plan, beyond, at, throughput, children, sends) if beyond and plan.branching else None
@@ -105,7 +107,7 @@ def follow(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
         buffers = write_block((nodes, arrivals, throughputs), (nodes_here, at, throughput if weighed else None), start)
         return end, block + 1, queue, buffers, (starts.at[block].set(start), ends.at[block].set(end)), film
 
-    shapes = jax.eval_shape(lambda: _follow(tables, plan, *any_ray(plan, one.dtype), jnp.bool_(True))[:2])
+    shapes = jax.eval_shape(follow_rays, *any_ray(plan, one.dtype), jnp.bool_(True))[:2]
     buffers = empty_buffers((*shapes, white if weighed else None), plan.slots)
     queue, bounds = (jnp.zeros(plan.slots, jnp.int32), jnp.int32(plan.pass_pixels)), jnp.full(plan.blocks, room, jnp.int32)
     film = empty_buffers(((white,) * kinds if light_of else None, white if beyond and plan.branching else None), plan.pass_pixels)

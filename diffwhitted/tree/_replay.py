@@ -10,8 +10,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Int
 
-from .._stage import empty_buffers, read_block, stage, write_block
 from .._safe import length
+from .._stage import empty_buffers, read_block, stage, write_block
 from .._vector import Vec3, vec3, where
 from ..geometry import Footprint, Ray, beside_small, surface_at
 from ..scene import Camera, Tables
@@ -36,8 +36,8 @@ def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, samples: 
     def visit(nodes: Nodes, parents: Arrival | None, throughput: Vec3, alive):
         ray, footprint, factor = departing(tables, camera, plan, samples, parents, nodes.origin, alive)
         throughput = throughput * factor
-        radiance, arrived = _visit(tables, plan, nodes, ray, footprint, alive.any())
-        added = throughput * radiance
+        arrived = _arrived(tables, plan, nodes, ray, footprint, alive.any())
+        added = throughput * light_of(tables, plan, nodes, arrived, alive.any())
         return where(alive, added, added * 0), (arrived, throughput)
 
     def follow_block(carry, bounds):
@@ -59,22 +59,19 @@ def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, samples: 
     one = jnp.ones(plan.block, tables.ambient.dtype)
     white = Vec3(one, one, one)
     ray, footprint, _, _ = any_ray(plan, one.dtype)
-    nodes = jax.tree.map(lambda a: a[:plan.block], record.nodes)
-    film, arrived = jax.eval_shape(lambda: _visit(tables, plan, nodes, ray, footprint, jnp.bool_(True)))
-    state = empty_buffers((arrived, film), plan.slots) if branching else ()
-    (film, _), _ = jax.lax.scan(follow_block, (empty_buffers(film, plan.pass_pixels), state), (record.starts, record.ends))
+    arrived = jax.eval_shape(lambda: _arrived(tables, plan, read_block(record.nodes, 0, plan.block), ray, footprint, jnp.bool_(True)))
+    state = empty_buffers((arrived, white), plan.slots) if branching else ()
+    (film, _), _ = jax.lax.scan(follow_block, (empty_buffers(white, plan.pass_pixels), state), (record.starts, record.ends))
     return film
 
 
-def _visit(tables: Tables, plan: Plan, nodes: Nodes, ray: Ray, footprint: Footprint | None, needed) -> tuple[Vec3, Arrival]:
-    """One ray to its surface: the light that it brings, and what its children start from."""
+def _arrived(tables: Tables, plan: Plan, nodes: Nodes, ray: Ray, footprint: Footprint | None, needed) -> Arrival:
+    """How a ray arrives at its recorded surface."""
     if footprint is None:
         hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, nodes.object, nodes.entering)
-        at = arrival(hit, ray.direction, nodes.outside, None)
-    else:
-        hit, direction, beam = arriving(tables.shapes, ray, footprint, nodes.object, nodes.entering, nodes.cut, None, needed)
-        at = arrival(hit, direction, nodes.outside, beam)
-    return light_of(tables, plan, nodes, at, needed), at
+        return arrival(hit, ray.direction, nodes.outside, None)
+    hit, direction, beam = arriving(tables.shapes, ray, footprint, nodes.object, nodes.entering, nodes.cut, None, needed)
+    return arrival(hit, direction, nodes.outside, beam)
 
 
 def light_of(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed) -> Vec3:
