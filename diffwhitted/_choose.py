@@ -10,7 +10,7 @@ import numpy as np
 from ._errors import InputError
 from ._knobs import Settings
 from ._reference import Reference, reference, rmse
-from ._survey import Candidate, survey
+from ._survey import Candidate, cheapest, survey
 from ._tracer import Tracer
 from .scene import Camera, Scene, float_dtype, is_traced
 
@@ -105,11 +105,6 @@ def choose(scene: Scene, camera: Camera, *, tolerance: float | None = None, time
 Trial = Callable[[Settings], tuple[Measured, float]]
 
 
-def cheapest(candidates: Sequence[Candidate], tolerance: float) -> Candidate | None:
-    """The first of the candidates, cheapest first, that is within the tolerance."""
-    return next((c for c in candidates if c.error <= tolerance), None)
-
-
 def _for_tolerance(candidates: Sequence[Candidate], tolerance: float, trial: Trial) -> tuple[Measured, float]:
     """Where the check fails, what was foretold is too low by so much; the next choice counts with it."""
     wanted, reached = MARGIN * tolerance, np.inf
@@ -169,12 +164,16 @@ def in_precision(scene: Scene, precision: str) -> Scene:
 
 
 def _parts(pixels: int) -> tuple[np.ndarray, np.ndarray]:
-    """Pixels for the search and others for the check, spread evenly: one of each pair of neighbouring strata."""
-    count = min(2 * PART, pixels)
-    stratum = pixels / count
-    inside = np.random.default_rng(SEED).random(count)
-    chosen = np.minimum(((np.arange(count) + inside) * stratum).astype(int), pixels - 1)
-    return chosen[::2], chosen[1::2] if count > 1 else chosen
+    """Pixels for the search and others for the check, in turns."""
+    chosen = spread_pixels(pixels, 2 * PART)
+    return (chosen[::2], chosen[1::2]) if len(chosen) > 1 else (chosen, chosen)
+
+
+def spread_pixels(pixels: int, most: int) -> np.ndarray:
+    """Numbers of pixels spread evenly over all of them, one at random in each stretch of the same length; all if they are few."""
+    count = min(most, pixels)
+    inside = np.random.default_rng(SEED).random(count) if count < pixels else 0
+    return np.minimum(((np.arange(count) + inside) * (pixels / count)).astype(int), pixels - 1)
 
 
 def _bound(tolerance: float | None, time_budget: float | None) -> float:

@@ -59,6 +59,11 @@ def survey(tracer: Tracer, truth: np.ndarray, pixels: np.ndarray, rounds: int = 
     return tuple(sorted(_without_idle(foretold.values()), key=lambda c: c.seconds))
 
 
+def cheapest(candidates: Sequence[Candidate], tolerance: float) -> Candidate | None:
+    """The first of the candidates, cheapest first, that is within the tolerance."""
+    return next((c for c in candidates if c.error <= tolerance), None)
+
+
 def front(points: Sequence, cost: Callable = lambda p: p.seconds, error: Callable = lambda p: p.error) -> list[bool]:
     """Which points are on the Pareto front: no other is at least as good in both and better in one."""
     order = sorted(range(len(points)), key=lambda i: (cost(points[i]), error(points[i])))

@@ -50,6 +50,7 @@ class Tracer:
         side = None if pass_of is None else int(np.ceil(pass_of**0.5))
         self._sized = camera if side is None else camera.resized(side, side)
         self._plans: dict[bool, Plan] = {}
+        self._compiled: set[Plan] = set()
         self._crowded: dict[Settings, float] = {}
         self.seconds_compile = 0.0
         """So far, for all programs."""
@@ -107,13 +108,14 @@ class Tracer:
 
     def compiled(self, settings: Settings) -> Plan:
         """The plan that serves these settings, its program compiled."""
-        known, plan = bool(settings.footprint) in self._plans, self.plan(settings)
-        if not known:
+        plan = self.plan(settings)
+        if plan not in self._compiled:
             begun = time.perf_counter()
             nobody = _dealt(plan, *np.zeros((2, 1), self.scene.dtype), 1)[0]
             places = _place_groups(1, self.scene.dtype)[0]
             _pass.lower(self.scene, self.camera, plan, nobody, *places, jnp.int32(1), jnp.asarray(1, self.scene.dtype)).compile()
             self.seconds_compile += time.perf_counter() - begun
+            self._compiled.add(plan)
         return plan
 
     def plan(self, settings: Settings) -> Plan:
