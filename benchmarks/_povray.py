@@ -30,11 +30,11 @@ def available() -> bool:
     return shutil.which("povray") is not None
 
 
-def trace(scene: Path, width: int, height: int) -> Traced:
-    """Render a scene file without antialiasing."""
+def trace(scene: Path, width: int, height: int, antialias: tuple[str, ...] = ("-A",)) -> Traced:
+    """Render a scene file, without antialiasing or with these options of POV-Ray."""
     with tempfile.TemporaryDirectory() as folder:
         picture = Path(folder) / "picture.exr"
-        command = ["povray", f"+I{scene}", f"+O{picture}", "+FE", f"+W{width}", f"+H{height}", "-A", "+WT2", "-D"]
+        command = ["povray", f"+I{scene}", f"+O{picture}", "+FE", f"+W{width}", f"+H{height}", *antialias, "+WT2", "-D"]
         done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
         found = re.search(r"Trace Time:.*\(([\d.]+) seconds\)", done.stderr)
         if done.returncode or not found:

@@ -22,8 +22,8 @@ from .supersampled import INDEX, SCENES, area_true, changed, cosine, filtered, r
 
 SIDE, STEP = 64, 1e-3
 TREES = {1: ("one tree", 0.98, 0.20, 0.006), 2: ("2x2 trees", 0.99, 0.13, 0.002)}
-OTHERS = {1.1: 2e-4, 1.33: 1e-3, 1.8: 2e-4, 2.4: 2e-3}
-"""Other indices, with steps that follow the speed of the edges."""
+OTHERS = {1.1: (2e-4, 64), 1.33: (1e-3, 64), 1.8: (2e-4, 192), 2.4: (2e-3, 128)}
+"""Other indices, with steps that follow the speed of the edges, and points along a pixel's side enough for such a step."""
 STARTS = (1.05, 1.1, 1.2, 1.33, 1.5, 1.8, 2.1, 2.4)
 
 
@@ -56,10 +56,11 @@ def _scores(name: str, ours, image, slope, away, limits) -> list[Figure]:
 def _other_indices() -> list[Figure]:
     scene, figures = spheres(), []
     camera = scene.cameras["main"]
-    cases = [(f"index {index}", index, step, lambda d, at=index: changed(scene, at + d, 0.0), (1.0, 0.0)) for index, step in OTHERS.items()]
-    cases.append(("sphere along x", 1.5, 5e-4, lambda d: changed(scene, 1.5, d), (0.0, 1.0)))
-    for name, index, step, make, along in cases:
-        _, slope = reference(make, camera, step, SIDE)
+    cases = [(f"index {index}", index, step, lambda d, at=index: changed(scene, at + d, 0.0), (1.0, 0.0), side)
+             for index, (step, side) in OTHERS.items()]
+    cases.append(("sphere along x", 1.5, 5e-4, lambda d: changed(scene, 1.5, d), (0.0, 1.0), SIDE))
+    for name, index, step, make, along, side in cases:
+        _, slope = reference(make, camera, step, side)
         plain, ours = (filtered(scene, camera, index=index, along=along, refine=refine)[1] for refine in (False, True))
         figures.append(Figure(f"spheres, {name}, refined: relative L2 error", relative(ours, slope), "", 0.18,
                               f"cosine {cosine(ours, slope):.3f} (target 0.985); one tree {relative(plain, slope):.3f}, {cosine(plain, slope):.3f}"))

@@ -9,7 +9,7 @@ from ._radiance_bound import radiance_bounds
 from ._render import traced_passes
 from ._vector import vec3
 from .scene import Camera, Scene, check_footprint, depth_number, whole_number
-from .tree import Beyond, likely_room, make_plan
+from .tree import Beyond, Plan, likely_room, make_plan
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +43,7 @@ def render_with_bound(scene: Scene, camera: Camera, *, samples: int = 1, max_dep
         check_footprint(footprint, "")
     # A plan of depth 1 knows no branches, and so not what they would have carried.
     plan = make_plan(scene, camera, max_depth=max(depth, 2), capacity=likely_room(camera), footprint=footprint)
-    out, into = (vec3(jnp.asarray(side, scene.dtype)) for side in radiance_bounds(scene, camera, plan))
-    plan, beyond = replace(plan, max_depth=depth), Beyond(out, into)
+    plan, beyond = replace(plan, max_depth=depth), most_beyond(scene, camera, plan)
     while True:
         image, descendants = traced_passes(scene, camera, plan, samples, beyond)
         if int(descendants.max()) <= plan.capacity:
@@ -53,3 +52,8 @@ def render_with_bound(scene: Scene, camera: Camera, *, samples: int = 1, max_dep
     image, rays = np.asarray(image), int(np.asarray(descendants, np.int64).sum())
     left_out = np.zeros_like(image) if image.shape[-1] == 3 else image[..., 3:]
     return Bounded(image[..., :3], left_out, rays + camera.width * camera.height * max(plan.footprint, samples) ** 2)
+
+
+def most_beyond(scene: Scene, camera: Camera, plan: Plan) -> Beyond:
+    """The most light that can come along a ray that leaves each object, for the tracer."""
+    return Beyond(*(vec3(jnp.asarray(side, scene.dtype)) for side in radiance_bounds(scene, camera, plan)))

@@ -6,14 +6,16 @@ largest derivatives. These are traced a second time, by `SIDE` x `SIDE` trees ea
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ._errors import CapacityError, SceneError
+from ._errors import SceneError
+from ._lists import film_of, traced_list
 from ._workers import side_by_side
 from .image import gathered
 from .scene import Camera, Scene, check_footprint, depth_number, tabulate
@@ -60,15 +62,18 @@ def derivative(make: Callable[[Float[Array, "..."]], Scene], value, camera: Came
     camera = camera.in_precision(scene.dtype)
     plan = make_plan(scene, camera, free=free, max_depth=depth_number(max_depth), capacity=likely_room(camera), footprint=footprint)
     pixels, samples = camera.width * camera.height, _regular(plan, camera)
-    films, rays = _traced(scene, tangent, camera, plan, samples)
+    program = partial(_pass, scene, tangent, camera, plan)
+    films, counts = zip(*side_by_side(lambda one: film_of(program, plan, one), samples), strict=True)
+    films, rays = np.stack(films), sum(counts)
     per_pixel = max(footprint, 1) ** 2
     whole = films.reshape(per_pixel, plan.passes, 2, 3, -1).mean(axis=0)
     image, slope = (np.array(gathered(jnp.asarray(whole[:, part]), camera.height, camera.width)).reshape(pixels, 3) for part in (0, 1))
     chosen = _largest(slope) if refine and footprint else np.zeros(0, int)
     if chosen.size:
         side = SIDE * footprint
-        films, more = _traced(scene, tangent, camera, plan, _finer(plan, camera, chosen, side))
-        finer = films.transpose(1, 2, 0, 3).reshape(2, 3, -1)[:, :, : chosen.size * side**2]
+        inside = np.asarray(sample_places(side, scene.dtype))
+        column, row = ((at[:, None] + inside[:, axis]).reshape(-1) for axis, at in enumerate((chosen % camera.width, chosen // camera.width)))
+        finer, more = traced_list(program, plan, column, row, 1 / side, scene.dtype)
         image[chosen], slope[chosen] = finer.reshape(2, 3, chosen.size, side**2).mean(axis=-1).transpose(0, 2, 1)
         rays += more
     refined = np.zeros(pixels, bool)
@@ -88,38 +93,6 @@ def _largest(slope: np.ndarray) -> np.ndarray:
     size = np.square(slope, dtype=np.float64).sum(axis=-1)
     most = min(max(1, int(MOST_PIXELS * size.size)), np.count_nonzero(size))
     return np.sort(np.argpartition(-size, most - 1)[:most]) if most else np.zeros(0, int)
-
-
-def _finer(plan: Plan, camera: Camera, pixels: np.ndarray, side: int) -> list[Samples]:
-    """Passes of side x side samples for each of these pixels, one pixel after the other."""
-    dtype = camera.look_from.dtype
-    inside = np.asarray(sample_places(side, dtype))
-    column, row = ((at[:, None] + inside[:, axis]).reshape(-1).astype(dtype) for axis, at in enumerate((pixels % camera.width, pixels // camera.width)))
-    count = plan.pass_pixels
-    room = -column.size % count
-    there = np.arange(column.size + room) < column.size
-    column, row = (np.pad(a, (0, room), mode="edge").reshape(-1, count) for a in (column, row))
-    size = jnp.asarray(1 / side, dtype)
-    return [Samples(jnp.asarray(c), jnp.asarray(r), jnp.asarray(t), size) for c, r, t in zip(column, row, there.reshape(-1, count), strict=True)]
-
-
-def _traced(scene: Scene, tangent: Scene, camera: Camera, plan: Plan, passes: list[Samples]) -> tuple[np.ndarray, int]:
-    """Value and derivative of the film of each pass (passes, 2, 3, pixels), and the rays of them all."""
-    films, rays = zip(*side_by_side(lambda samples: _film(scene, tangent, camera, plan, samples), passes), strict=True)
-    return np.stack(films), sum(rays)
-
-
-def _film(scene: Scene, tangent: Scene, camera: Camera, plan: Plan, samples: Samples) -> tuple[np.ndarray, int]:
-    """Value and derivative of one pass, in two halves where its tree is larger than the plan's room: no program is compiled for more."""
-    films, descendants = _pass(scene, tangent, camera, plan, samples)
-    count = int(samples.there.sum())
-    if int(descendants) <= plan.capacity:
-        return np.asarray(films), count + int(descendants)
-    if count < 2:
-        raise CapacityError(f"the tree of one ray needs more room than {plan.capacity} rays; lower max_depth")
-    first = jnp.cumsum(samples.there) <= count // 2
-    halves = [_film(scene, tangent, camera, plan, replace(samples, there=samples.there & half)) for half in (first, ~first)]
-    return sum(film for film, _ in halves), sum(rays for _, rays in halves)
 
 
 @eqx.filter_jit

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
+from ._antialias import check_threshold
 from ._errors import SceneError
 from .scene import DEEPEST, Scene, check_footprint, whole_number
 
@@ -55,6 +56,12 @@ def _cutoff(value) -> float:
     return float(value)
 
 
+def _antialias(value) -> float:
+    if value != 0:
+        check_threshold(value)
+    return float(value)
+
+
 def _precision(value) -> str:
     if value not in ("float32", "float64"):
         raise SceneError(f"precision = {value!r}; allowed is float32, float64")
@@ -81,6 +88,10 @@ class Settings:
         0, costs="about 4 times a point for one tree, and k x k times that", off=0,
         controls="edges and textures that a pixel sees in part; what is left is the curvature within a tree", sweep=(0, 1, 2),
         group="pixel", text="footprint {}", argument="footprint", check=_footprint)
+    antialias: float = _row(
+        0.0, costs="time: a smaller threshold divides more pixels", off=0.0,
+        controls="edges and textures of points, where the corners of a pixel differ by more than the threshold", sweep=(0.3, 0.1, 0.03),
+        group="pixel", text="antialias {:.2g}", argument="antialias", check=_antialias)
     precision: str = _row(
         "float32", costs="memory and time, up to twice", off="float32", controls="rounding, far below the other errors of a picture",
         sweep=("float32", "float64"), group="arithmetic", text="{}", argument=None, check=_precision)
@@ -102,6 +113,11 @@ class Settings:
         plain = all(self[knob] == knob.off for knob in KNOBS if knob.group == "pixel")
         return ", ".join([*on, "1 point"] if plain else on)
 
+    @property
+    def way(self) -> str:
+        """The knob that says how a pixel is sampled; "samples" where all are off."""
+        return next((knob.name for knob in KNOBS if knob.group == "pixel" and self[knob] != knob.off), "samples")
+
     @classmethod
     def of(cls, scene: Scene) -> "Settings":
         """What `render(scene, camera)` uses."""
@@ -109,7 +125,7 @@ class Settings:
 
     def options(self) -> dict[str, Any]:
         """The arguments of `diffwhitted.render`."""
-        return {knob.argument: self[knob] for knob in KNOBS if knob.argument}
+        return {knob.argument: self[knob] for knob in KNOBS if knob.argument and not (knob.name == "antialias" and not self.antialias)}
 
     def only(self, **values: Any) -> "Settings":
         """These values, and the other knobs of exclusive groups among them off."""

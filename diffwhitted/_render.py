@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from ._antialias import antialias as adaptive
 from ._choose import choose
 from ._errors import CapacityError, SceneError
 from ._workers import side_by_side
@@ -18,14 +19,15 @@ from .tree import Beyond, Plan, Record, grid, likely_room, make_plan, record, re
 
 def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: int = 1,
            max_depth: int | None = None, footprint: int | None = None, cutoff: float | None = None,
-           tolerance: float | None = None) -> Float[Array, "height width 3"]:
+           antialias: float | None = None, tolerance: float | None = None) -> Float[Array, "height width 3"]:
     """The image of a scene: linear Rec. 709 RGB, scene-referred, row 0 on top.
 
     `samples` is the number of samples along each side of a pixel (n x n rays on a regular grid, averaged);
     `footprint` = k traces k x k trees in their place whose rays average what they meet over their share of the
     pixel (0: none); a branch that would carry less than `cutoff` in every channel is not followed (0: all are).
-    These two and `max_depth` replace the scene's. `tolerance` (RMSE, such as 1/255) stands in their place: the cheapest of
-    them that meet it are looked for, see `choose`. Works under `jit`, `grad`, `jvp` and `vmap`.
+    These two and `max_depth` replace the scene's. `antialias` is the threshold of Whitted's adaptive scheme in place of
+    samples or footprint (see `antialias`; not where values are traced). `tolerance` (RMSE, such as 1/255) stands in place of
+    all of them: the cheapest that meet it are looked for (see `choose`). Works under `jit`, `grad`, `jvp` and `vmap`.
     Derivatives in all arrays of `scene` and `camera` are those of the recorded tree: exact for the coefficients
     that move no ray. For those that do, such as a refractive index, they see the motion of edges only with a
     footprint.
@@ -36,8 +38,8 @@ def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: i
     too small; no ray is dropped in silence.
     """
     if tolerance is not None:
-        if plan is not None or samples != 1 or any(option is not None for option in (max_depth, footprint, cutoff)):
-            raise SceneError("tolerance beside plan, samples, max_depth, footprint or cutoff, which it stands in place of; give it alone")
+        if plan is not None or samples != 1 or any(option is not None for option in (max_depth, footprint, cutoff, antialias)):
+            raise SceneError("tolerance beside plan, samples, max_depth, footprint, cutoff or antialias, which it stands in place of; give it alone")
         return jnp.asarray(choose(scene, camera, tolerance=tolerance).measured.image)
     scene = scene.with_cutoff(cutoff)
     camera = camera.in_precision(scene.dtype)
@@ -46,6 +48,11 @@ def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: i
         if given and value is not None:
             raise SceneError(f"{option} = {value} beside a plan, which has its own; give it to diffwhitted.plan instead")
     traced = any(map(is_traced, jax.tree.leaves((scene, camera))))
+    if antialias is not None:
+        if given or samples > 1 or footprint or traced:
+            other = "a plan" if given else f"samples = {samples}" if samples > 1 else f"footprint = {footprint}" if footprint else "traced values"
+            raise SceneError(f"antialias = {antialias!r} with {other}; allowed is one way to antialias, and this one only outside jit, grad and vmap")
+        return jnp.asarray(adaptive(scene, camera, antialias, max_depth=max_depth).image)
     if given:
         _check(plan, scene, camera, traced)
     else:

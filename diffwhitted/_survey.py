@@ -1,6 +1,6 @@
 """What the settings of the table give on some pixels of a scene: a few traced, the others foretold from them."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -37,8 +37,8 @@ def survey(tracer: Tracer, truth: np.ndarray, pixels: np.ndarray, rounds: int = 
     """All settings of the table, cheapest first.
 
     Traced are those that differ from the base in one group alone. What two groups do together is nearly the sum of what
-    each does, pixel by pixel, and the product of what each costs; so the others are foretold. Rays of one kind (points,
-    footprints) take the same time, which is measured.
+    each does, pixel by pixel, and the product of what each costs; so the others are foretold. Rays of one way
+    to sample a pixel take the same time, which is measured.
     """
     base = base_settings(tracer)
     groups, found = sweeps(tracer, base), {}
@@ -53,7 +53,7 @@ def survey(tracer: Tracer, truth: np.ndarray, pixels: np.ndarray, rounds: int = 
             settings = tree.with_group(pixel, "pixel")
             picture = found[pixel].pixels + (found[tree].pixels - found[base].pixels)
             rays = found[pixel].rays * found[tree].rays / found[base].rays
-            foretold[settings] = Candidate(settings, rmse(picture, truth), rays, rays * pace[bool(settings.footprint)])
+            foretold[settings] = Candidate(settings, rmse(picture, truth), rays, rays * pace[settings.way])
     for settings, traced in found.items():
         foretold[settings] = replace(foretold[settings], error=rmse(traced.pixels, truth))
     return tuple(sorted(_without_idle(foretold.values()), key=lambda c: c.seconds))
@@ -76,14 +76,13 @@ def front(points: Sequence, cost: Callable = lambda p: p.seconds, error: Callabl
     return marked
 
 
-def _pace(tracer: Tracer, found: Iterable[Traced], pixels: np.ndarray, rounds: int) -> dict[bool, float]:
-    """Seconds a ray, with points (False) and with footprints (True): the median of some runs."""
+def _pace(tracer: Tracer, found: Collection[Traced], pixels: np.ndarray, rounds: int) -> dict[str, float]:
+    """Seconds a ray for each way to sample a pixel: the median of some runs of its second cheapest settings."""
     pace = {}
-    for kind in (False, True):
-        cheap = sorted((t for t in found if bool(t.settings.footprint) is kind), key=lambda t: t.rays)[:2]
-        if cheap:
-            runs = [tracer.trace(cheap[-1].settings, pixels) for _ in range(rounds)]
-            pace[kind] = float(np.median([run.seconds / run.rays for run in runs]))
+    for way in {traced.settings.way for traced in found}:
+        some = sorted((traced for traced in found if traced.settings.way == way), key=lambda t: t.rays)[:2][-1].settings
+        runs = [tracer.trace(some, pixels) for _ in range(rounds)]
+        pace[way] = float(np.median([run.seconds / run.rays for run in runs]))
     return pace
 
 

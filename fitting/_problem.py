@@ -160,8 +160,16 @@ def part_rows(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array, 
 
 @eqx.filter_jit
 def record_part(scene: Scene, unknowns: tuple[Unknown, ...], values, part: Part) -> Record:
-    """The trees of a part at these coefficients, one a sample."""
-    tables = tabulate(insert(scene, unknowns, jax.lax.stop_gradient(values)))
+    """The trees of a part at these coefficients, one a sample.
+
+    Where branches are cut off by their throughput, free k_s and k_t count with the most that they may become, so
+    that no branch comes or goes as a fit moves them and the residual does not jump.
+    """
+    values = jax.lax.stop_gradient(values)
+    if part.plan.effects.cutoff:
+        values = jnp.stack([jnp.asarray(u.bounds[1], values.dtype) if u.row.name in ("k_s", "k_t") else v
+                            for u, v in zip(unknowns, values, strict=True)])
+    tables = tabulate(insert(scene, unknowns, values))
     return jax.lax.map(lambda place: record(tables, part.camera, part.plan, grid(part.plan, part.camera, part.number, place, part.side)), part.places)
 
 

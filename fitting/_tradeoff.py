@@ -112,10 +112,10 @@ def tradeoff(scene: Scene, camera: Camera, tolerance: float = 1 / 255, on_work: 
 
 
 def _most_accurate(tracer: Tracer) -> list[Settings]:
-    """The last of each sweep of a knob that samples a pixel, as deep as the sweep goes."""
+    """The most points and the most trees a pixel, as deep as the sweep goes. Dividing pixels does not go so far."""
     deep = {knob.name: knob.sweep[-1] for knob in KNOBS if knob.name == "depth" and tracer.branches}
     base = replace(base_settings(tracer), cutoff=0.0, **deep)
-    return [base.only(**{knob.name: knob.sweep[-1]}) for knob in KNOBS if knob.group == "pixel"]
+    return [base.only(**{knob.name: knob.sweep[-1]}) for knob in KNOBS if knob.name in ("samples", "footprint")]
 
 
 def _programs(tracer: Tracer, asked: Settings, candidates: Sequence[Candidate], tolerance: float) -> dict[Settings, list[str]]:

@@ -32,6 +32,7 @@ class Variant:
     free: tuple = ()
     radius: float = 1.0
     footprint: int = 0
+    cutoff: float = 0.0
     scene: dw.Scene = field(init=False, compare=False)
 
     def __post_init__(self):
@@ -41,7 +42,7 @@ class Variant:
             materials={"paint": dw.Material(**dict(self.ball)), "plain": dw.Material(**dict(self.floor))}, lights=[light],
             textures={"white": dw.Checker(((1, 1, 1), (1, 1, 1)))} if dict(self.floor).get("k_d_texture") else {},
             background=dw.GradientBackground(SKY, SKY) if self.gradient else dw.ConstantBackground(SKY),
-            cameras={"main": dw.Camera((0, 0.5, 5), (0, 0, 0), 40, 8, 6)}, shadows=self.shadows, max_depth=3, footprint=self.footprint))
+            cameras={"main": dw.Camera((0, 0.5, 5), (0, 0, 0), 40, 8, 6)}, shadows=self.shadows, max_depth=3, footprint=self.footprint, cutoff=self.cutoff))
 
     @property
     def camera(self):
@@ -55,6 +56,7 @@ class Variant:
 BARE = Variant()
 UNLIT = Variant(ball=(("k_a", 0.5), ("k_h", 0.0)), floor=(("k_a", 0.3), ("k_h", 0.0)))
 ROOM = Variant(ball=(("k_a", 0.5), ("k_h", 0.0)), floor=(("k_a", 0.5), ("k_h", 0.0)), radius=100.0)  # one colour in every direction
+MIRRORING = Variant(free=("paint.k_s",))
 GLASSY = Variant(free=("paint.k_t",))
 SHADED = Variant(free=("paint.k_t",), shadows="opaque")
 
@@ -64,7 +66,7 @@ PAIRS = {
     "highlight": (BARE, Variant(free=("paint.k_h",))),
     "shadows": (BARE, Variant(shadows="opaque")),
     "tinted_shadows": (SHADED, dataclasses.replace(SHADED, shadows="tinted")),
-    "reflection": (BARE, Variant(free=("paint.k_s",))),
+    "reflection": (BARE, MIRRORING),
     "refraction": (BARE, GLASSY),
     "total_internal_reflection": (GLASSY, Variant(free=("paint.k_t", "paint.refractive_index"))),
     "nested_media": (GLASSY, Variant(free=("paint.k_t", "plain.k_t"))),
@@ -72,6 +74,7 @@ PAIRS = {
     "attenuation": (BARE, Variant(attenuation=(1.0, 0.0, 0.0))),
     "background_gradient": (BARE, Variant(gradient=True)),
     "footprint": (ROOM, dataclasses.replace(ROOM, footprint=1)),
+    "cutoff": (MIRRORING, dataclasses.replace(MIRRORING, cutoff=0.5)),
 }
 
 OPERATIONS = {"highlight": ("exponential", "log-plus-one"), "textures": ("floor",)}
@@ -150,7 +153,7 @@ def everything():
         objects=[dw.Plane("ground", (0, 1, 0), -1, "tiles"), dw.Sphere("ball", (0, 0, 0), 1, "glass"), dw.Sphere("bead", (0, 0, 0), 0.4, "glass")],
         materials={"glass": dw.Material(k_h=0.25, k_s=0.2, k_t=(0.0, 0.7, 0.8), refractive_index=1.5), "tiles": dw.Material(k_a=0.1, k_d=0.6, k_h=0, k_d_texture="checks")},
         lights=[dw.DirectionalLight((0, 1, 0), 1), dw.PointLight((0, 5, 0), 1, attenuation=(1, 0, 0.1))], textures={"checks": dw.Checker(((0, 0, 0), (1, 1, 1)))},
-        background=dw.GradientBackground(SKY, SKY), shadows="tinted", footprint=1)
+        background=dw.GradientBackground(SKY, SKY), shadows="tinted", footprint=1, cutoff=0.01)
 
 
 def test_reasons_name_the_object_and_the_coefficient():

@@ -42,7 +42,7 @@ def test_every_key_arrives_in_its_record():
     scene = parse_scene(FILE)
     ball, floor, sheet, flag = scene.objects
     glass, camera, (lamp, sun) = scene.materials["glass"], scene.cameras["main"], scene.lights
-    assert (scene.max_depth, scene.shadows, scene.total_internal_reflection) == (5, "opaque", "full") and scene.footprint == 2
+    assert (scene.max_depth, scene.shadows, scene.total_internal_reflection) == (5, "opaque", "full") and (scene.footprint, float(scene.cutoff)) == (2, pytest.approx(0.001))
     assert (ball.name, ball.material, float(ball.radius)) == ("ball", "glass", 1.0)
     assert (float(floor.offset), sheet.vertices.shape, flag.vertices.shape) == (-1.0, (5, 3), (3, 3))
     assert (glass.highlight, glass.k_a_texture, glass.k_d_texture) == ("reflected", None, "tiles")

@@ -1,6 +1,6 @@
 """Where a ray meets a surface. No colour, no light: rays in, hits out."""
 
-from ._edges import curvature_at, hidden_parts, near_outlines, nearest_part, outline_of
+from ._edges import beside_small, curvature_at, hidden_parts, near_outlines, nearest_part, outline_of
 from ._footprint import LEAST_COVERAGE, Edge, Footprint, covered, crosswise, edge_of, on_surface, part_of, uncovered
 from ._hit import Hit
 from ._plane import Planes
@@ -11,6 +11,6 @@ from ._sphere import Spheres
 
 __all__ = [
     "LEAST_COVERAGE", "NOTHING", "Departure", "Edge", "Footprint", "Hit", "Planes", "Polygons", "Ray", "Shapes", "Spheres",
-    "blocked", "containing", "covered", "crosswise", "crossing_count", "curvature_at", "edge_of", "facing", "hidden_parts",
+    "beside_small", "blocked", "containing", "covered", "crosswise", "crossing_count", "curvature_at", "edge_of", "facing", "hidden_parts",
     "near_outlines", "nearest", "nearest_part", "on_surface", "outline_of", "part_of", "surface_at", "uncovered",
 ]

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from .._coverage import Linear, is_cut
-from .._vector import lookup, where
+from .._vector import dot, lookup, where
 from ._footprint import LEAST_COVERAGE, Footprint
 from ._hit import Hit
 from ._ray import NOTHING, Departure, Ray
@@ -22,6 +22,20 @@ def near_outlines(shapes: Shapes, ray: Ray, reach, growth) -> Bool[Array, "n"]:
     A quick look, which may say yes too often, so that the searches below are for few rays only.
     """
     return fold(shapes, lambda found, index, shape: found | shape.near_outline(ray, reach, growth), jnp.zeros(ray.origin.shape, bool))
+
+
+def beside_small(shapes: Shapes, ray: Ray, reach, growth, limit) -> Bool[Array, "n"]:
+    """Does the ray pass, before `limit`, by an object so small that it may lie between it and the next, `reach` + `growth` times the distance away?"""
+
+    def either(found, index, shape):
+        middle, radius = shape.bounding()
+        to_middle = middle - ray.origin
+        along = dot(to_middle, ray.direction)
+        miss = to_middle - ray.direction * along
+        apart = reach + growth * abs(along)
+        return found | ((along > 0) & (along < limit) & (radius < apart) & (dot(miss, miss) < (radius + apart) * (radius + apart)))
+
+    return fold(shapes, either, jnp.zeros(ray.origin.shape, bool))
 
 
 def nearest_part(shapes: Shapes, ray: Ray, footprint: Footprint, departure: Departure):

@@ -61,6 +61,10 @@ class Planes(eqx.Module):
         """The unit normal is the same everywhere."""
         return self.offset * 0
 
+    def bounding(self):
+        """Middle and radius of a sphere around the shape, which has no end."""
+        return self.normal * self.offset, jnp.full_like(self.offset, jnp.inf)
+
     def contains(self, point: Vec3):
         return dot(self.normal, point) < self.offset
 

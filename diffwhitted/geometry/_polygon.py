@@ -92,6 +92,12 @@ class Polygons(eqx.Module):
         """Does a ray that only just meets the shape come from its outer side?"""
         return self.carrier().side(ray)
 
+    def bounding(self):
+        """Middle and radius of a sphere around the shape."""
+        middle = Vec3(*(c.mean(axis=-1) for c in (self.vertices.x, self.vertices.y, self.vertices.z)))
+        away = self.vertices - Vec3(*(c[..., None] for c in (middle.x, middle.y, middle.z)))
+        return middle, jnp.sqrt(dot(away, away).max(axis=-1))
+
     def contains(self, point: Vec3):
         """A polygon is a sheet: it holds no volume of its own."""
         return jnp.zeros(point.shape, bool)

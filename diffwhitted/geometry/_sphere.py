@@ -83,6 +83,10 @@ class Spheres(eqx.Module):
         """The outward unit normal changes by this times a small step along the surface."""
         return safe_divide(1, self.radius)
 
+    def bounding(self):
+        """Middle and radius of a sphere around the shape."""
+        return self.centre, self.radius
+
     def contains(self, point: Vec3):
         offset = point - self.centre
         return dot(offset, offset) < self.radius * self.radius

@@ -60,6 +60,10 @@ class Camera(eqx.Module):
             height = max(1, round(width * self.height / self.width))
         return Camera(self.look_from, self.look_at, self.vfov_deg, width, height, self.up)
 
+    def pixel_angle(self) -> Float[Array, ""]:
+        """Distance of neighbouring pixels in the picture, one unit ahead; in the middle that is their angle in radians."""
+        return 2 * jnp.tan(jnp.deg2rad(self.vfov_deg) / 2) / self.height
+
     def in_precision(self, dtype) -> "Camera":
         """The same in the precision of a scene, which decides."""
         return jax.tree.map(lambda a: a.astype(dtype), self)

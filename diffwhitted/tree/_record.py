@@ -69,8 +69,8 @@ def record(tables: Tables, camera: Camera, plan: Plan, samples: Samples) -> Reco
 
 
 def follow(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
-           light_of: Callable | None = None, beyond: Beyond | None = None) -> tuple[Record, tuple[Vec3 | None, Vec3 | None]]:
-    """The tree of a pass and, where `light_of(nodes, arrivals, needed)` is given, its light on the film; where `beyond` is
+           light_of: Callable | None = None, beyond: Beyond | None = None, kinds: int = 1):
+    """The tree of a pass and, where `light_of(nodes, rays, arrivals, needed)` is given, its `kinds` of light on the film; where `beyond` is
     given, also the most light that the branches that are not followed could bring.
 
     Blocks are taken from the front of the queue until it is empty or the room is used up.
@@ -99,7 +99,8 @@ def follow(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
         sends = followed(tables, plan, at, origin.level, throughput, children) if plan.branching else None
         queue = _append(lineage, count, slot, sends, alive) if plan.branching else (lineage, count)
         lost = left_out(tables, plan, beyond, at, throughput, children, sends) if beyond and plan.branching else None
-        seen = (throughput * light_of(nodes_here, at, alive.any()) if light_of else None, lost)
+        light = tuple(throughput * part for part in light_of(nodes_here, ray, at, alive.any())) if light_of else None
+        seen = light, lost
         film = jax.tree.map(lambda f, a: f.at[origin.sample].add(jnp.where(alive, a, 0)), film, seen)
         buffers = write_block((nodes, arrivals, throughputs), (nodes_here, at, throughput if weighed else None), start)
         return end, block + 1, queue, buffers, (starts.at[block].set(start), ends.at[block].set(end)), film
@@ -107,7 +108,7 @@ def follow(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
     shapes = jax.eval_shape(lambda: _follow(tables, plan, *any_ray(plan, one.dtype), jnp.bool_(True))[:2])
     buffers = empty_buffers((*shapes, white if weighed else None), plan.slots)
     queue, bounds = (jnp.zeros(plan.slots, jnp.int32), jnp.int32(plan.pass_pixels)), jnp.full(plan.blocks, room, jnp.int32)
-    film = empty_buffers((white if light_of else None, white if beyond and plan.branching else None), plan.pass_pixels)
+    film = empty_buffers(((white,) * kinds if light_of else None, white if beyond and plan.branching else None), plan.pass_pixels)
     first = (jnp.int32(0), jnp.int32(0), queue, buffers, (bounds, bounds), film)
     _, _, (_, count), (nodes, *_), (starts, ends), film = jax.lax.while_loop(waiting, follow_block, first)
     return Record(nodes, starts, ends, count - plan.pass_pixels), film

@@ -11,8 +11,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Int
 
 from .._stage import empty_buffers, read_block, stage, write_block
-from .._vector import Vec3, where
-from ..geometry import Footprint, Ray, surface_at
+from .._safe import length
+from .._vector import Vec3, vec3, where
+from ..geometry import Footprint, Ray, beside_small, surface_at
 from ..scene import Camera, Tables
 from ._arrival import Arrival, arrival
 from ._beam import arriving
@@ -88,5 +89,20 @@ def trace(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
 
     Between the two, where `beyond` is given, the most light that the branches that were not followed could bring.
     """
-    tree, (film, left) = follow(tables, camera, plan, samples, partial(light_of, tables, plan), beyond)
+    tree, ((film,), left) = follow(tables, camera, plan, samples, lambda nodes, ray, *a: (light_of(tables, plan, nodes, *a),), beyond)
     return film, left, tree.descendants
+
+
+def trace_beside_small(tables: Tables, camera: Camera, plan: Plan, samples: Samples) -> tuple[Vec3, Vec3, Int[Array, ""]]:
+    """What `trace` gives, and between the two how much light comes along rays that pass by something smaller than their distance."""
+    apart = samples.side * camera.pixel_angle()
+
+    def both(nodes: Nodes, ray: Ray, at: Arrival, needed):
+        reach = length(ray.origin - vec3(camera.look_from)) * apart
+        limit = jnp.where(nodes.object < 0, jnp.inf, length(at.point - ray.origin))
+        beside = stage(needed, lambda *a: beside_small(tables.shapes, *a), ray, reach, apart * jnp.ones_like(reach), limit)
+        one = beside.astype(at.point.x.dtype)
+        return light_of(tables, plan, nodes, at, needed), Vec3(one, one, one)
+
+    tree, ((film, beside), _) = follow(tables, camera, plan, samples, both, kinds=2)
+    return film, beside, tree.descendants

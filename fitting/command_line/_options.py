@@ -38,6 +38,12 @@ Samples = Annotated[int, typer.Option(
 Footprint = Annotated[int | None, typer.Option(
     "--footprint", metavar="K", min=0, max=64, show_default=False,
     help="K x K trees a pixel whose rays average what they meet over their share of it, edges and all; 0: points.")]
+Antialias = Annotated[float | None, typer.Option(
+    "--antialias", metavar="T", show_default=False,
+    help="Adaptive antialiasing: divide a pixel, to 1/8, where its corners differ by more than T of linear light, such as 0.1.")]
+Cutoff = Annotated[float | None, typer.Option(
+    "--cutoff", metavar="SHARE", min=0, max=1, show_default=False,
+    help="Do not follow a branch that would carry less than this share of light. Default: cutoff of the scene, or 0: follow all.")]
 PrecisionName = Annotated[Precision, typer.Option(
     "--precision", metavar="TYPE", help="float32, or float64: slower, for derivatives to the last digit.")]
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ._environment import set_up
-from ._options import CameraName, Depth, Footprint, Height, Precision, PrecisionName, Samples, ScenePath, Width, chosen_camera
+from ._options import Antialias, CameraName, Cutoff, Depth, Footprint, Height, Precision, PrecisionName, Samples, ScenePath, Width, chosen_camera
 
 if TYPE_CHECKING:
     import numpy as np
@@ -27,7 +27,8 @@ Exposure = Annotated[float, typer.Option(
 
 def render(
     scene: ScenePath, out: Out, camera: CameraName = None, width: Width = None, height: Height = None, depth: Depth = None,
-    samples: Samples = 1, footprint: Footprint = None, precision: PrecisionName = Precision.float32, exposure: Exposure = 0.0,
+    samples: Samples = 1, footprint: Footprint = None, cutoff: Cutoff = None, antialias: Antialias = None,
+    precision: PrecisionName = Precision.float32, exposure: Exposure = 0.0,
 ) -> None:
     """Render a scene to an image file.
 
@@ -43,15 +44,21 @@ def render(
     from diffwhitted.image import check_writable, count_clipped, write_image
 
     form = check_writable(out, exposure=exposure)
-    loaded = load_scene(scene, precision=precision.value)
+    loaded = load_scene(scene, precision=precision.value).with_cutoff(cutoff)
     name, view = chosen_camera(loaded, camera)
     view = view.resized(width, height)
-    trees = chosen_footprint(footprint, samples, loaded.footprint, for_eyes=bool(form.bits))
-    picture = rendered(loaded, view, depth, samples, trees)
-    about = {"scene": scene.name, "camera": name, "samples": (trees or samples) ** 2, "footprint": trees}
+    if antialias is None:
+        trees = chosen_footprint(footprint, samples, loaded.footprint, for_eyes=bool(form.bits))
+        picture = rendered(loaded, view, depth, samples, trees)
+        about = {"scene": scene.name, "camera": name, "samples": (trees or samples) ** 2, "footprint": trees}
+    else:
+        picture = adaptive(loaded, view, depth, samples, footprint, antialias)
+        about = {"scene": scene.name, "camera": name, "antialias": antialias}
     write_image(out, picture.pixels, exposure=exposure, metadata=about)
     print(f"wrote {out}: {view.width} x {view.height} pixels, {picture.rays:,} rays in {picture.seconds:.2f} s, "
           f"after {picture.seconds_compile:.1f} s of compiling")
+    if picture.left_out is not None:
+        print(f"the cutoff of {float(loaded.cutoff):g} and the depth leave out at most {picture.left_out:.2g} in any pixel")
     if form.bits and (lost := _clipped_note(count_clipped(picture.pixels, exposure=exposure), view.width * view.height)):
         print(f"note: {lost}", file=sys.stderr)
 
@@ -64,6 +71,8 @@ class Picture:
     rays: int
     seconds: float
     seconds_compile: float
+    left_out: float | None
+    """No pixel lacks more light than this; None where the scene has no cutoff."""
 
 
 def chosen_footprint(asked: int | None, samples: int, of_scene: int, *, for_eyes: bool) -> int:
@@ -83,22 +92,39 @@ def rendered(scene: Scene, camera: Camera, depth: int | None, samples: int, foot
     import jax
     import numpy as np
 
+    from diffwhitted._bound import most_beyond
     from diffwhitted._render import trace_pass, traced_passes
     from diffwhitted.tree import likely_room, make_plan
 
     plan = make_plan(scene, camera, max_depth=depth, capacity=likely_room(camera), footprint=footprint)
-    compiling = 0.0
+    beyond, compiling = most_beyond(scene, camera, plan) if plan.effects.cutoff else None, 0.0
     while True:
         begun = time.perf_counter()
-        trace_pass.lower(scene, camera, plan, np.int32(0), samples).compile()
+        trace_pass.lower(scene, camera, plan, np.int32(0), samples, beyond).compile()
         compiling += time.perf_counter() - begun
         begun = time.perf_counter()
-        pixels, descendants = jax.block_until_ready(traced_passes(scene, camera, plan, samples))
+        pixels, descendants = jax.block_until_ready(traced_passes(scene, camera, plan, samples, beyond))
         seconds, needed = time.perf_counter() - begun, int(descendants.max())
         if needed <= plan.capacity:
             rays = camera.width * camera.height * (footprint or samples) ** 2 + int(np.asarray(descendants, np.int64).sum())
-            return Picture(np.asarray(pixels), rays, seconds, compiling)
+            pixels = np.asarray(pixels)
+            return Picture(pixels[..., :3], rays, seconds, compiling, None if beyond is None else float(pixels[..., 3:].max()))
         plan = plan.with_capacity(2 * needed)
+
+
+def adaptive(scene: Scene, camera: Camera, depth: int | None, samples: int, footprint: int | None, threshold: float) -> Picture:
+    """What `diffwhitted.antialias` gives, run twice to tell compiling from rendering."""
+    from diffwhitted import InputError
+    from diffwhitted import antialias as divided
+
+    if samples > 1 or footprint:
+        raise InputError(f"--antialias {threshold:g} with --{'samples' if samples > 1 else 'footprint'}: allowed is one way to antialias")
+    begun = time.perf_counter()
+    divided(scene, camera, threshold, max_depth=depth)
+    compiled = time.perf_counter()
+    found = divided(scene, camera, threshold, max_depth=depth)
+    seconds = time.perf_counter() - compiled
+    return Picture(found.image, found.rays, seconds, compiled - begun - seconds, None)
 
 
 def _clipped_note(clipped: Any, pixels: int) -> str:
