@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from ._antialias import antialias as adaptive
+from ._choose import choose
 from ._errors import CapacityError, SceneError
 from ._workers import side_by_side
 from .image import gathered
@@ -18,14 +19,15 @@ from .tree import Beyond, Plan, Record, grid, likely_room, make_plan, record, re
 
 def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: int = 1,
            max_depth: int | None = None, footprint: int | None = None, cutoff: float | None = None,
-           antialias: float | None = None) -> Float[Array, "height width 3"]:
+           antialias: float | None = None, tolerance: float | None = None) -> Float[Array, "height width 3"]:
     """The image of a scene: linear Rec. 709 RGB, scene-referred, row 0 on top.
 
     `samples` is the number of samples along each side of a pixel (n x n rays on a regular grid, averaged);
     `footprint` = k traces k x k trees in their place whose rays average what they meet over their share of the
     pixel (0: none); a branch that would carry less than `cutoff` in every channel is not followed (0: all are).
     These two and `max_depth` replace the scene's. `antialias` is the threshold of Whitted's adaptive scheme in place of
-    samples or footprint (see `antialias`; not where values are traced). Works under `jit`, `grad`, `jvp` and `vmap`.
+    samples or footprint (see `antialias`; not where values are traced). `tolerance` (RMSE, such as 1/255) stands in place of
+    all of them: the cheapest that meet it are looked for (see `choose`). Works under `jit`, `grad`, `jvp` and `vmap`.
     Derivatives in all arrays of `scene` and `camera` are those of the recorded tree: exact for the coefficients
     that move no ray. For those that do, such as a refractive index, they see the motion of edges only with a
     footprint.
@@ -35,6 +37,10 @@ def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: i
     fit the scene and camera (not seen where they are traced), and `CapacityError` where its room for rays is
     too small; no ray is dropped in silence.
     """
+    if tolerance is not None:
+        if plan is not None or samples != 1 or any(option is not None for option in (max_depth, footprint, cutoff, antialias)):
+            raise SceneError("tolerance beside plan, samples, max_depth, footprint, cutoff or antialias, which it stands in place of; give it alone")
+        return jnp.asarray(choose(scene, camera, tolerance=tolerance).measured.image)
     scene = scene.with_cutoff(cutoff)
     camera = camera.in_precision(scene.dtype)
     samples, max_depth, given = whole_number(samples, "samples"), depth_number(max_depth), plan is not None

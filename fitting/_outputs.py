@@ -46,11 +46,11 @@ def write_outputs(
 
     folder = Path(folder)
     about = dict(metadata or {})
-    with _explained(folder):
+    with explained(folder):
         folder.mkdir(parents=True, exist_ok=True)
 
     def text(content: Callable[[], str]) -> Callable[[Path], None]:
-        return lambda path: _write_whole(path, lambda there: there.write_text(content(), encoding="utf-8"))
+        return lambda path: write_whole(path, lambda there: there.write_text(content(), encoding="utf-8"))
 
     def picture(pixels: Any, view: str, kind: str) -> Callable[[Path], None]:
         described = {**about, "camera": view, "content": kind}
@@ -59,7 +59,7 @@ def write_outputs(
     content = {**result.to_json(), **({"metadata": about} if about else {})}
     jobs: list[tuple[str, Callable[[Path], None]]] = [
         ("result.json", text(lambda: json.dumps(content, indent=2, allow_nan=False, default=str) + "\n")),
-        ("fitted.toml", lambda path: _write_whole(path, lambda there: save_scene(result.scene, there))),
+        ("fitted.toml", lambda path: write_whole(path, lambda there: save_scene(result.scene, there))),
     ]
     for view, suffix in zip(result.views, _suffixes([view.camera for view in result.views])):
         jobs += [
@@ -73,7 +73,7 @@ def write_outputs(
     for name, write in jobs:
         path = folder / name
         try:
-            with _explained(path):
+            with explained(path):
                 write(path)
         except ImageError as error:
             raise OutputError(f"cannot write results: {error}") from error
@@ -81,7 +81,7 @@ def write_outputs(
     return written
 
 
-def _write_whole(path: Path, write: Callable[[Path], Any]) -> None:
+def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
     """Calls `write` on a hidden name beside `path` and renames; nothing stays where it fails."""
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, "there is a folder of this name", str(path))
@@ -94,7 +94,7 @@ def _write_whole(path: Path, write: Callable[[Path], Any]) -> None:
 
 
 @contextmanager
-def _explained(path: Path):
+def explained(path: Path):
     """Turns an operating system's error into one message on `path`, with what to try."""
     try:
         yield

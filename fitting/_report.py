@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ._drawing import PAGE_INKS, page_svg
 from ._result import FitResult, FitView
 from ._tables import (
     STATUS_WORDS,
@@ -30,7 +31,6 @@ from ._tables import (
 _LARGEST_SIDE = 1024  # pixels of a picture in the page; larger ones are averaged down
 _LARGEST_MATRIX = 40  # coefficients whose correlations are still drawn
 _OUTSIDE = np.array([128, 128, 128], np.uint8)  # a pixel of a map that the mask leaves out
-_INKS = {"#010203": "var(--ink)", "#010204": "var(--muted)", "#010205": "var(--accent)"}
 
 
 def report_html(result: FitResult, *, title: str, truth: Mapping[str, float] | None = None) -> str:
@@ -209,12 +209,10 @@ def _curve(result: FitResult) -> str | None:
     points = [s for s in result.history if math.isfinite(s.loss) and s.loss > 0]
     if not points:
         return None
-    from matplotlib import rc_context
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
-    ink, muted, accent = _INKS
+    ink, muted, accent = PAGE_INKS
     kept, refused = ([s for s in points if s.accepted is kind] for kind in (True, False))
     figure = Figure(figsize=(6.6, 3.0), layout="constrained", facecolor="none")
     axes = figure.add_subplot()
@@ -237,12 +235,4 @@ def _curve(result: FitResult) -> str | None:
         part.spines[:].set_color(muted)
     axes.yaxis.label.set_color(ink)
     axes.patch.set_visible(False)
-    stream = io.StringIO()
-    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "diffwhitted"}):
-        FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None})
-    svg = stream.getvalue()
-    # Inside a page the namespaces go without saying, and metadata would only name addresses.
-    svg = re.sub(r"<metadata>.*?</metadata>| xmlns(:xlink)?=\"[^\"]*\"", "", svg[svg.index("<svg") :], flags=re.DOTALL)
-    for sentinel, variable in _INKS.items():
-        svg = svg.replace(sentinel, variable)
-    return svg
+    return page_svg(figure)

@@ -41,6 +41,8 @@ class Tables(eqx.Module):
     background: Background
     ambient: Vec3
     cutoff: Float[Array, ""]
+    max_depth: Int[Array, ""] | None = None
+    """In place of the plan's, which it does not exceed: a value, so that pictures of every depth share a program."""
 
 
 def numbered_objects(scene: Scene) -> tuple[Object, ...]:

@@ -22,7 +22,7 @@ Children = tuple[Int[Array, "n"], Bool[Array, "n"], Bool[Array, "n"] | None]
 def followed(tables: Tables, plan: Plan, at: Arrival, level: Int[Array, "n"], throughput: Vec3 | None, children: Children) -> Children:
     """Those of the children that are followed. What runs past an outline is no deeper than its parent, and always is."""
     mirror, through, past = children
-    deeper = level < plan.max_depth
+    deeper = level < (plan.max_depth if tables.max_depth is None else tables.max_depth)
     keep_mirror = keep_through = deeper
     if plan.effects.cutoff:
         keep_mirror, keep_through = (deeper & (_brightest(throughput * share(tables, plan, at.object, branch)) >= tables.cutoff)

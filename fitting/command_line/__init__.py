@@ -1,4 +1,4 @@
-"""The command line: `diffwhitted render`, `fit`, `derivative`, `explain` and `schema`.
+"""The command line: `diffwhitted render`, `fit`, `derivative`, `explain`, `tradeoff` and `schema`.
 
 A command's file imports what it needs when it runs, so that `--help` does not wait for JAX. Every failure is
 one message on stderr and an exit code; there is never a traceback.
@@ -17,6 +17,7 @@ from ._fit import fit
 from ._options import SeveralValues
 from ._render import render
 from ._schema import schema
+from ._tradeoff import tradeoff
 
 USAGE_ERROR = typer.BadParameter.__base__
 STOPPED = 130
@@ -31,6 +32,7 @@ app.command(cls=SeveralValues, short_help="Render a scene to an image file.")(re
 app.command(cls=SeveralValues, short_help="Find material coefficients from pictures.")(fit)
 app.command(cls=SeveralValues, short_help="Show how a picture changes with a coefficient.")(derivative)
 app.command(cls=SeveralValues, short_help="Say what a picture costs, and why.")(explain)
+app.command(cls=SeveralValues, short_help="Measure what accuracy costs in time.")(tradeoff)
 app.command(short_help="Print the JSON Schema of scene files.")(schema)
 
 

@@ -84,7 +84,7 @@ def _effect_table(explanation: Explanation) -> Table:
     from rich.text import Text
 
     measured = explanation.seconds is not None
-    table = _table("effect", "", *(["share"] if measured else []), "why")
+    table = plain_table("effect", "", *(["share"] if measured else []), "why")
     for effect in explanation.effects:
         share = "" if effect.share is None else "below noise" if effect.below_noise else f"{effect.share:.0%}"
         table.add_row(_words(effect.name), "on" if effect.on else "off", *([share] if measured else []), Text(effect.why))
@@ -94,7 +94,7 @@ def _effect_table(explanation: Explanation) -> Table:
 
 
 def _ray_table(rays: RayCounts) -> Table:
-    table = _table("rays of level", "count", "", "of kind", "count", footers=("all", f"{rays.total:,}", "", "all", f"{rays.total:,}"))
+    table = plain_table("rays of level", "count", "", "of kind", "count", footers=("all", f"{rays.total:,}", "", "all", f"{rays.total:,}"))
     for number in (1, 4):
         table.columns[number].justify = "right"
     levels = [(str(level), f"{count:,}") for level, count in enumerate(rays.by_level, 1)]
@@ -108,7 +108,8 @@ _KINDS = {"camera": "camera", "mirror": "mirror (k_s)", "transmitted": "transmit
           "past": "past an outline"}
 
 
-def _table(*headers: str, footers: Sequence[str] = ()) -> Table:
+def plain_table(*headers: str, footers: Sequence[str] = ()) -> Table:
+    """An empty table with one rule under its headers, and one above its footers if there are any."""
     from rich import box
     from rich.table import Table
 

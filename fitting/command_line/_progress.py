@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Any, Self
 if TYPE_CHECKING:
     from fitting import FitStep
 
+ENOUGH_TO_TELL = 0.2
+"""The part of the work after which the time that is left is foretold."""
+
 
 class Progress:
     """A line on stderr with a clock; nothing at all where stderr is no terminal or `quiet`."""
@@ -35,6 +38,12 @@ class Progress:
     def say(self, text: str) -> None:
         """Replace the text of the line."""
         self._text = text
+
+    def part(self, text: str, done: float) -> None:
+        """Replace the text, and say what time is left where a part `done` of the work took the time so far."""
+        passed = time.perf_counter() - self._begun
+        left = f", about {passed * (1 / done - 1):.0f} s left" if done >= ENOUGH_TO_TELL else ""
+        self.say(text + left)
 
     def note(self, text: str) -> None:
         """Say something on stderr that stays, also where it is no terminal; nothing if quiet."""

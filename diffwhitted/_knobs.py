@@ -1,0 +1,156 @@
+"""What trades accuracy for time when a scene is rendered: one table, and a choice of its values.
+
+A knob is one field of `Settings`: its row of the table stands beside it.
+"""
+
+import itertools
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+from ._antialias import check_threshold
+from ._errors import SceneError
+from .scene import DEEPEST, Scene, check_footprint, whole_number
+
+EXCLUSIVE = ("pixel",)
+"""Groups of which one knob at most is turned on."""
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A row of the table.
+
+    The knobs of a group do related work: of "pixel" (where a pixel is sampled) one at most is on, those of "tree"
+    (how far a ray is followed) go together, and every choice of one group goes with every choice of the other.
+    """
+
+    name: str
+    costs: str
+    controls: str
+    """Which error it makes smaller."""
+    default: Any
+    off: Any
+    """The value at which it does nothing."""
+    sweep: tuple
+    group: str
+    text: str
+    """How a setting reads: "depth {}"."""
+    argument: str | None
+    """Of `diffwhitted.render`; None for what belongs to the scene."""
+    check: Callable[[Any], Any] = field(repr=False)
+
+
+def _row(default: Any, **columns: Any) -> Any:
+    """A field of `Settings` with its row of the table."""
+    return field(default=default, metadata={"row": {"default": default, **columns}})
+
+
+def _footprint(value) -> int:
+    check_footprint(value, "")
+    return value
+
+
+def _cutoff(value) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < 1:
+        raise SceneError(f"cutoff = {value!r}; allowed is 0 (follow every branch) or more, below 1")
+    return float(value)
+
+
+def _antialias(value) -> float:
+    if value != 0:
+        check_threshold(value)
+    return float(value)
+
+
+def _precision(value) -> str:
+    if value not in ("float32", "float64"):
+        raise SceneError(f"precision = {value!r}; allowed is float32, float64")
+    return value
+
+
+@dataclass(frozen=True)
+class Settings:
+    """A value for each knob. Raises `SceneError` for a value that is none, and for two ways to sample a pixel at once."""
+
+    depth: int = _row(
+        5, costs="rays: every level more follows the reflected and refracted rays of the one before", off=DEEPEST,
+        controls="light that arrives over more mirrors and glass than the depth", sweep=(1, 2, 3, 4, 5, 6, 8, 12, 16),
+        group="tree", text="depth {}", argument="max_depth", check=lambda v: whole_number(v, "depth", highest=DEEPEST))
+    cutoff: float = _row(
+        0.0, costs="rays: a smaller cutoff follows fainter branches", off=0.0,
+        controls="light of the branches that carry less than the cutoff", sweep=(0.0, 1 / 1024, 1 / 256, 1 / 64, 1 / 16),
+        group="tree", text="cutoff {:.2g}", argument="cutoff", check=_cutoff)
+    samples: int = _row(
+        1, costs="time in proportion to n x n points a pixel", off=1,
+        controls="edges and textures that a pixel sees in part; falls slowly", sweep=(1, 2, 3, 4, 6, 8),
+        group="pixel", text="{0} x {0} points", argument="samples", check=lambda v: whole_number(v, "samples"))
+    footprint: int = _row(
+        0, costs="about 4 times a point for one tree, and k x k times that", off=0,
+        controls="edges and textures that a pixel sees in part; what is left is the curvature within a tree", sweep=(0, 1, 2),
+        group="pixel", text="footprint {}", argument="footprint", check=_footprint)
+    antialias: float = _row(
+        0.0, costs="time: a smaller threshold divides more pixels", off=0.0,
+        controls="edges and textures of points, where the corners of a pixel differ by more than the threshold", sweep=(0.3, 0.1, 0.03),
+        group="pixel", text="antialias {:.2g}", argument="antialias", check=_antialias)
+    precision: str = _row(
+        "float32", costs="memory and time, up to twice", off="float32", controls="rounding, far below the other errors of a picture",
+        sweep=("float32", "float64"), group="arithmetic", text="{}", argument=None, check=_precision)
+
+    def __post_init__(self):
+        for knob in KNOBS:
+            object.__setattr__(self, knob.name, knob.check(getattr(self, knob.name)))
+        for group in EXCLUSIVE:
+            on = [f"{knob.name} = {self[knob]}" for knob in KNOBS if knob.group == group and self[knob] != knob.off]
+            if len(on) > 1:
+                raise SceneError(f"{' with '.join(on)}; allowed is one of the two")
+
+    def __getitem__(self, knob: Knob) -> Any:
+        return getattr(self, knob.name)
+
+    def __str__(self) -> str:
+        """Such as "depth 4, footprint 1": the depth, how a pixel is sampled, and what else is on."""
+        on = [knob.text.format(self[knob]) for knob in KNOBS if knob.name == "depth" or self[knob] != knob.off]
+        plain = all(self[knob] == knob.off for knob in KNOBS if knob.group == "pixel")
+        return ", ".join([*on, "1 point"] if plain else on)
+
+    @property
+    def way(self) -> str:
+        """The knob that says how a pixel is sampled; "samples" where all are off."""
+        return next((knob.name for knob in KNOBS if knob.group == "pixel" and self[knob] != knob.off), "samples")
+
+    @classmethod
+    def of(cls, scene: Scene) -> "Settings":
+        """What `render(scene, camera)` uses."""
+        return cls(depth=scene.max_depth, cutoff=float(scene.cutoff), footprint=scene.footprint, precision=scene.precision)
+
+    def options(self) -> dict[str, Any]:
+        """The arguments of `diffwhitted.render`."""
+        return {knob.argument: self[knob] for knob in KNOBS if knob.argument and not (knob.name == "antialias" and not self.antialias)}
+
+    def only(self, **values: Any) -> "Settings":
+        """These values, and the other knobs of exclusive groups among them off."""
+        groups = {knob.group for knob in KNOBS if knob.name in values and knob.group in EXCLUSIVE}
+        off = {knob.name: knob.off for knob in KNOBS if knob.group in groups}
+        return replace(self, **off | values)
+
+    def alone(self, knob: Knob) -> Iterator["Settings"]:
+        """These settings with each value of the sweep of one knob."""
+        return (self.only(**{knob.name: value}) for value in knob.sweep)
+
+    def alternatives(self, group: str) -> tuple["Settings", ...]:
+        """These settings first, then all others that differ in the knobs of one group."""
+        knobs = [knob for knob in KNOBS if knob.group == group]
+        if group in EXCLUSIVE:
+            found = [other for knob in knobs for other in self.alone(knob)]
+        else:
+            values = itertools.product(*(dict.fromkeys((self[knob], *knob.sweep)) for knob in knobs))
+            found = [replace(self, **dict(zip((knob.name for knob in knobs), chosen, strict=True))) for chosen in values]
+        return tuple(dict.fromkeys((self, *found)))
+
+    def with_group(self, other: "Settings", group: str) -> "Settings":
+        """These settings with the knobs of one group as in `other`."""
+        return replace(self, **{knob.name: other[knob] for knob in KNOBS if knob.group == group})
+
+
+KNOBS: tuple[Knob, ...] = tuple(Knob(f.name, **f.metadata["row"]) for f in fields(Settings))
+"""Every knob that trades accuracy for time."""

@@ -1,0 +1,197 @@
+"""One scene from one camera with any settings, from programs that are compiled once and then kept.
+
+The samples of a pixel, the depth and the cutoff are values here, not parts of a program as they are in `render`; the
+work is the same, and so are picture and time.
+"""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from ._antialias import antialias
+from ._errors import CapacityError
+from ._knobs import KNOBS, Settings
+from ._workers import processors, side_by_side
+from .scene import DEEPEST, Camera, Scene, float_dtype, tabulate
+from .tree import Plan, Samples, likely_room, make_plan, sample_places, trace
+
+MOST_PLACES = 64
+"""Places in a pixel that one call of a program takes; more of them take several calls."""
+FEWEST_PIXELS = 2048
+"""Twice so many, or more, are dealt to all processors."""
+
+
+@dataclass(frozen=True, eq=False)
+class Traced:
+    """What some pixels look like with some settings, and what that took."""
+
+    settings: Settings
+    pixels: np.ndarray
+    """(n, 3), linear Rec. 709 RGB, float64."""
+    rays: int
+    seconds: float
+
+
+class Tracer:
+    """`scene` seen by `camera`, some or all of its pixels at a time.
+
+    - `pass_of`: so many pixels are traced in one go; without it, a pass is that of `render`.
+
+    Raises `CapacityError` where the tree of one ray outgrows the room.
+    """
+
+    def __init__(self, scene: Scene, camera: Camera, pass_of: int | None = None):
+        self.scene, self.camera = scene, camera.in_precision(scene.dtype)
+        side = None if pass_of is None else int(np.ceil(pass_of**0.5))
+        self._sized = camera if side is None else camera.resized(side, side)
+        self._plans: dict[bool, Plan] = {}
+        self._compiled: set[Plan | Settings] = set()
+        self._crowded: dict[Settings, float] = {}
+        self.seconds_compile = 0.0
+        """So far, for all programs."""
+
+    @property
+    def branches(self) -> bool:
+        """Are there reflected or refracted rays?"""
+        return self.plan(Settings()).effects.branching
+
+    @property
+    def all_pixels(self) -> np.ndarray:
+        """The numbers of the pixels, row by row."""
+        return np.arange(self.camera.width * self.camera.height)
+
+    def trace(self, settings: Settings, pixels: np.ndarray | None = None) -> Traced:
+        """Trace these pixels, all by default, as `render` does; a program that is not there yet is compiled first."""
+        if settings.antialias:
+            return self._antialiased(settings, pixels)
+        pixels, side = self.all_pixels if pixels is None else pixels, settings.footprint or settings.samples
+        column, row = (at.astype(self.scene.dtype) for at in (pixels % self.camera.width, pixels // self.camera.width))
+        films, rays, seconds = self._films(settings, column, row, _place_groups(side, self.scene.dtype))
+        return Traced(settings, films / side**2, rays + len(pixels) * side**2, seconds)
+
+    def trace_spread(self, settings: Settings, pixels: np.ndarray) -> Traced:
+        """The same, with all trees of a few pixels side by side: full passes also where the pixels are few and their trees many."""
+        side = settings.footprint or settings.samples
+        column, row = (np.repeat(at, side**2) for at in (pixels % self.camera.width, pixels // self.camera.width))
+        inside = np.tile(_places(side).T - 0.5 / side, len(pixels))
+        column, row = ((at + more).astype(self.scene.dtype) for at, more in zip((column, row), inside, strict=True))
+        middle = jnp.zeros((MOST_PLACES, 2), self.scene.dtype) + 0.5 / side, jnp.int32(1)
+        films, rays, seconds = self._films(settings, column, row, [middle])
+        return Traced(settings, films.reshape(len(pixels), side**2, 3).mean(axis=1), rays + len(column), seconds)
+
+    def _antialiased(self, settings: Settings, pixels: np.ndarray | None) -> Traced:
+        """Pixels share their corners, so the whole picture is traced, and some of it costs its part."""
+
+        def once():
+            begun = time.perf_counter()
+            found = antialias(self.scene, self.camera, settings.antialias, max_depth=settings.depth, cutoff=settings.cutoff)
+            return found, time.perf_counter() - begun
+
+        found, seconds = once()
+        program = replace(settings, antialias=1.0, cutoff=float(settings.cutoff > 0) / 2)
+        if program not in self._compiled:
+            self._compiled.add(program)
+            first, (found, seconds) = seconds, once()
+            self.seconds_compile += max(first - seconds, 0.0)
+        picture = found.image.reshape(-1, 3).astype(np.float64)
+        if pixels is None:
+            return Traced(settings, picture, found.rays, seconds)
+        part = len(pixels) / len(picture)
+        return Traced(settings, picture[pixels], round(part * found.rays), part * seconds)
+
+    def _films(self, settings: Settings, column: np.ndarray, row: np.ndarray, groups: list["Places"]) -> tuple[np.ndarray, int, float]:
+        """The sum over places at each corner (n, 3), the rays other than camera rays, and the seconds."""
+        plan, scene = self.compiled(settings), self.scene.with_cutoff(settings.cutoff)
+        how = jnp.asarray(settings.depth, jnp.int32), jnp.asarray(1 / max(settings.footprint, 1), scene.dtype)
+
+        def film_of(corners):
+            return [_pass(scene, self.camera, plan, corners, *places, *how) for places in groups]
+
+        fewest = max(-(-len(column) // plan.pass_pixels), min(processors(), len(column) // FEWEST_PIXELS), 1)
+        count = min(max(fewest, int(fewest * self._crowded.get(settings, 1))), len(column))
+        while True:
+            passes = _dealt(plan, column, row, count)
+            begun = time.perf_counter()
+            films = side_by_side(film_of, passes)
+            seconds = time.perf_counter() - begun
+            if max(int(most) for film in films for _, most, _ in film) <= plan.capacity:
+                break
+            if count >= len(column):
+                raise CapacityError(f"the tree of one ray needs more room than {plan.capacity} rays; lower the depth or raise the cutoff")
+            count = min(2 * count, len(column))
+        self._crowded[settings] = count / fewest
+        total = np.stack([sum(np.asarray(part, np.float64) for part, _, _ in film) for film in films])
+        return total.transpose(2, 0, 1).reshape(-1, 3)[: len(column)], sum(int(more) for film in films for _, _, more in film), seconds
+
+    def compiled(self, settings: Settings) -> Plan:
+        """The plan that serves these settings, its program compiled."""
+        plan = self.plan(settings)
+        if plan not in self._compiled:
+            begun = time.perf_counter()
+            nobody = _dealt(plan, *np.zeros((2, 1), self.scene.dtype), 1)[0]
+            places = _place_groups(1, self.scene.dtype)[0]
+            _pass.lower(self.scene, self.camera, plan, nobody, *places, jnp.int32(1), jnp.asarray(1, self.scene.dtype)).compile()
+            self.seconds_compile += time.perf_counter() - begun
+            self._compiled.add(plan)
+        return plan
+
+    def plan(self, settings: Settings) -> Plan:
+        """One plan for points and one for footprints, as deep as settings may be, with a cutoff where anything branches."""
+        kind = bool(settings.footprint)
+        if kind not in self._plans:
+            plan = make_plan(self.scene, self._sized, max_depth=DEEPEST, capacity=likely_room(self._sized), footprint=int(kind))
+            branching = plan.effects.reflection or plan.effects.refraction
+            self._plans[kind] = replace(plan, effects=replace(plan.effects, cutoff=branching))
+        return self._plans[kind]
+
+
+class Corners(eqx.Module):
+    """The upper left corners of the pixels of a pass, in pixels."""
+
+    column: Float[Array, "n"]
+    row: Float[Array, "n"]
+    there: Array
+
+
+Places = tuple[Float[Array, "most 2"], Int[Array, ""]]
+"""Places in a pixel, and how many of them count."""
+
+
+def _places(side: int) -> np.ndarray:
+    return np.asarray(sample_places(side, np.float32), np.float64)
+
+
+def _place_groups(side: int, dtype) -> list[Places]:
+    """The middles of side x side squares of a pixel, so many at a time as a program takes."""
+    places = _places(side).astype(dtype)
+    groups = np.pad(places, ((0, -len(places) % MOST_PLACES), (0, 0))).reshape(-1, MOST_PLACES, 2)
+    return [(jnp.asarray(group), jnp.int32(min(MOST_PLACES, len(places) - MOST_PLACES * n))) for n, group in enumerate(groups)]
+
+
+def _dealt(plan: Plan, column: np.ndarray, row: np.ndarray, count: int) -> list[Corners]:
+    """The corners dealt to `count` passes, every so many-th to the same."""
+    room = count * plan.pass_pixels - len(column)
+    column, row = (np.pad(at, (0, room), mode="edge").reshape(-1, count).T for at in (column, row))
+    there = (np.arange(count * plan.pass_pixels) < len(column.T) * count - room).reshape(-1, count).T
+    return [Corners(*map(jnp.asarray, corners)) for corners in zip(column, row, there, strict=True)]
+
+
+@eqx.filter_jit
+def _pass(scene: Scene, camera: Camera, plan: Plan, corners: Corners, places, count, depth, side):
+    """The sum of the films of `count` places (3, pixels); of their descendants, the largest number and the sum."""
+    tables = replace(tabulate(scene), max_depth=depth)
+
+    def one_place(number, state):
+        film, most, total = state
+        samples = Samples(corners.column + places[number, 0], corners.row + places[number, 1], corners.there, side)
+        light, _, descendants = trace(tables, camera, plan, samples)
+        return film + light.stacked(axis=0), jnp.maximum(most, descendants), total + descendants
+
+    nothing = jnp.zeros((3, plan.pass_pixels), scene.dtype), jnp.int32(0), jnp.int32(0)
+    return jax.lax.fori_loop(0, count, one_place, nothing)
