@@ -39,6 +39,7 @@ class Measured:
     seconds: float
     """To trace it with its program compiled."""
     seconds_compile: float
+    """Of all that was compiled for this picture."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +85,8 @@ def choose(scene: Scene, camera: Camera, *, tolerance: float | None = None, time
         raise InputError("choose: the values of the scene or camera are traced, so there is nothing to measure; call it outside jit, grad or vmap")
     say = on_work or (lambda text: None)
     search, check = _parts(camera.width * camera.height)
-    part, whole = Tracer(scene, camera, pass_of=PART), Tracer(scene, camera)
+    whole = Tracer(scene, camera)
+    part = whole if len(whole.all_pixels) <= 2 * PART else Tracer(scene, camera, pass_of=PART)
     say("tracing some pixels at reference quality")
     goal = bound / 5 if tolerance is not None else GOAL
     pixels = np.union1d(search, check)
@@ -149,12 +151,11 @@ def _for_budget(candidates: Sequence[Candidate], budget: float, trial: Trial, sc
 
 def _whole(tracer: Tracer, settings: Settings) -> Measured:
     """The whole picture: traced once for its program, then for its time, which is the median of some runs."""
-    before = tracer.seconds_compile
     found, runs = tracer.trace(settings), []
     while not runs or (len(runs) < RUNS and sum(runs) < RUNS_SECONDS):
         runs.append(tracer.trace(settings).seconds)
     image = found.pixels.reshape(tracer.camera.height, tracer.camera.width, 3).astype(tracer.scene.dtype)
-    return Measured(settings, image, found.rays, float(np.median(runs)), tracer.seconds_compile - before)
+    return Measured(settings, image, found.rays, float(np.median(runs)), tracer.seconds_compile)
 
 
 def in_precision(scene: Scene, precision: str) -> Scene:
@@ -172,8 +173,8 @@ def _parts(pixels: int) -> tuple[np.ndarray, np.ndarray]:
 def spread_pixels(pixels: int, most: int) -> np.ndarray:
     """Numbers of pixels spread evenly over all of them, one at random in each stretch of the same length; all if they are few."""
     count = min(most, pixels)
-    inside = np.random.default_rng(SEED).random(count) if count < pixels else 0
-    return np.minimum(((np.arange(count) + inside) * (pixels / count)).astype(int), pixels - 1)
+    first = np.arange(count) * pixels // count
+    return first + np.random.default_rng(SEED).integers(0, pixels // count, count)
 
 
 def _bound(tolerance: float | None, time_budget: float | None) -> float:

@@ -1,4 +1,4 @@
-"""Makes the pictures of the README: target, start and fit of the example side by side; points and footprints enlarged.
+"""Makes the pictures of the README: target, start and fit of the example side by side; points and footprints enlarged; error against time.
 
 Run from the top of the repository, after `make demo`: python docs/make_pictures.py
 """
@@ -6,9 +6,12 @@ Run from the top of the repository, after `make demo`: python docs/make_pictures
 import timeit
 from pathlib import Path
 
+import jax
 import numpy as np
 
 import diffwhitted
+from fitting._tradeoff import sentences, tradeoff
+from fitting._tradeoff_outputs import write_png
 
 EXAMPLES = Path("examples")
 target = diffwhitted.read_image(EXAMPLES / "three_spheres_povray.exr").pixels
@@ -31,3 +34,9 @@ for name, how in {"one point": {}, "4x4 points": {"samples": 4}, "one filtered t
     panels.append(picture[85:185, 90:210].repeat(3, axis=0).repeat(3, axis=1))
 gap = np.ones((panels[0].shape[0], 8, 3), np.float32)
 diffwhitted.write_image("docs/edges.png", np.concatenate([panels[0], gap, panels[1], gap, panels[2]], axis=1))
+
+jax.config.update("jax_enable_x64", True)
+scene = diffwhitted.load_scene(EXAMPLES / "three_spheres.toml")
+found = tradeoff(scene, scene.cameras["main"].resized(320, 240))
+print(*sentences(found), *(f"{p.settings}: {p.rmse:.2g}, {p.seconds * 1e3:.0f} ms" for p in found.points), sep="\n")
+write_png(found, Path("docs/tradeoff.png"))

@@ -181,17 +181,17 @@ def recommendation(found: Tradeoff) -> str:
     chosen, wanted = found.recommended, tolerance_text(found.tolerance)
     if chosen is None:
         best = min(found.points, key=lambda p: p.rmse)
-        return f"For {wanted}: no setting is so accurate here; the nearest is {best.settings}: error {best.rmse:.2g}, {seconds_text(best.seconds)}."
-    text = f"For {wanted}: {chosen.settings}: {seconds_text(chosen.seconds)}, error {chosen.rmse:.2g}"
+        return f"For {wanted}: no setting is so accurate here; the nearest is {best.settings}: error {best.rmse:.3g}, {seconds_text(best.seconds)}."
+    text = f"For {wanted}: {chosen.settings}: {seconds_text(chosen.seconds)}, error {chosen.rmse:.3g}"
     step = next((p for p in found.points if p.on_front and p.rmse <= STEP * chosen.rmse), None)
     if step is None:
         return f"{text}. No setting here is more accurate by a fifth or more."
-    return f"{text}; the next step down in error, {step.settings} with {step.rmse:.2g}, costs {step.seconds / chosen.seconds:.2g} times."
+    return f"{text}; the next step down in error, {step.settings} with {step.rmse:.3g}, costs {step.seconds / chosen.seconds:.2g} times."
 
 
 def _own(found: Tradeoff) -> str:
     own = next(p for p in found.points if p.settings == found.asked)
-    return f"The scene as it is, {own.settings}: error {own.rmse:.2g}, {seconds_text(own.seconds)}."
+    return f"The scene as it is, {own.settings}: error {own.rmse:.3g}, {seconds_text(own.seconds)}."
 
 
 def convergence(found: Tradeoff) -> str:

@@ -42,8 +42,8 @@ def tradeoff_figure(found: Tradeoff, ink: str = "#1c2024", muted: str = "#626a73
     axes.annotate(f"tolerance {tolerance_text(found.tolerance)}", (0.005, found.tolerance), xycoords=("axes fraction", "data"),
                   xytext=(0, 3), textcoords="offset points", fontsize=9, color=ink)
     _dress(axes, ink, muted)
-    axes.margins(0.08, 0.12)
-    figure.canvas.draw()
+    axes.margins(0.1, 0.12)
+    figure.draw_without_rendering()
     _label(axes, found, ink)
     return figure
 

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from diffwhitted import Camera, Choice, Scene, Settings
 
+    from ._render import Picture
+
 REMEMBERED = 16
 """Choices a file keeps, the latest ones."""
 
@@ -29,6 +31,36 @@ def tolerance_number(text: str, option: str = "--tolerance") -> float:
     if not (isfinite(value) and value > 0):
         raise InputError(f"{option} {text}: allowed is a number above 0, or a fraction such as 1/255")
     return value
+
+
+def accuracy_bound(tolerance: str | None, time_budget: float | None, **settings: Any) -> dict[str, float]:
+    """What `diffwhitted.choose` is asked for. Raises `InputError` where that is not one thing, or settings stand beside it."""
+    from diffwhitted import InputError
+
+    if tolerance is not None and time_budget is not None:
+        raise InputError("--tolerance with --time-budget: allowed is one of the two")
+    asked = "--tolerance" if tolerance is not None else "--time-budget"
+    beside = [name for name, value in settings.items() if value is not None]
+    if beside:
+        raise InputError(f"{asked} with --{beside[0]}: {asked} finds the {beside[0]} itself; give one of the two")
+    if tolerance is not None:
+        return {"tolerance": tolerance_number(tolerance)}
+    if not 0 < time_budget < float("inf"):
+        raise InputError(f"--time-budget {time_budget:g}: allowed is a number of seconds above 0")
+    return {"time_budget": time_budget}
+
+
+def found_picture(path: Path, scene: Scene, camera: Camera, name: str, bound: dict[str, float]) -> tuple[Settings, Picture, str]:
+    """The picture within the bound, and a sentence on its settings and error."""
+    from diffwhitted import measure
+
+    from ._progress import Progress
+    from ._render import Picture
+
+    with Progress("looking for settings") as progress:
+        settings, text, choice = remembered(path, scene, camera, name, bound, progress.say)
+        found = choice.measured if choice is not None else measure(scene, camera, settings)
+    return settings, Picture(found.image, found.rays, found.seconds, found.seconds_compile, None), text
 
 
 def remembered(path: Path, scene: Scene, camera: Camera, name: str, bound: dict[str, float],

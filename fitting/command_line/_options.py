@@ -44,6 +44,11 @@ Antialias = Annotated[float | None, typer.Option(
 Cutoff = Annotated[float | None, typer.Option(
     "--cutoff", metavar="SHARE", min=0, max=1, show_default=False,
     help="Do not follow a branch that would carry less than this share of light. Default: cutoff of the scene, or 0: follow all.")]
+Tolerance = Annotated[str | None, typer.Option(
+    "--tolerance", metavar="ERROR", show_default=False,
+    help="Find the cheapest of these settings whose RMSE in linear RGB is no larger: a number or a fraction, such as 1/255.")]
+TimeBudget = Annotated[float | None, typer.Option(
+    "--time-budget", metavar="SECONDS", show_default=False, help="Find the most accurate of these settings that takes no longer, once compiled.")]
 PrecisionName = Annotated[Precision, typer.Option(
     "--precision", metavar="TYPE", help="float32, or float64: slower, for derivatives to the last digit.")]
 

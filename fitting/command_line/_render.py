@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ._environment import set_up
-from ._options import Antialias, CameraName, Cutoff, Depth, Footprint, Height, Precision, PrecisionName, Samples, ScenePath, Width, chosen_camera
+from ._options import Antialias, CameraName, Cutoff, Depth, Footprint, Height, Precision, PrecisionName, Samples, ScenePath, TimeBudget, Tolerance, Width, chosen_camera
 
 if TYPE_CHECKING:
     import numpy as np
@@ -28,6 +28,7 @@ Exposure = Annotated[float, typer.Option(
 def render(
     scene: ScenePath, out: Out, camera: CameraName = None, width: Width = None, height: Height = None, depth: Depth = None,
     samples: Samples = 1, footprint: Footprint = None, cutoff: Cutoff = None, antialias: Antialias = None,
+    tolerance: Tolerance = None, time_budget: TimeBudget = None,
     precision: PrecisionName = Precision.float32, exposure: Exposure = 0.0,
 ) -> None:
     """Render a scene to an image file.
@@ -37,7 +38,8 @@ def render(
       diffwhitted render scene.toml -o picture.png --width 640
 
     A .png or .jpg is antialiased by one filtered tree a pixel (--footprint 1) unless --samples or --footprint say
-    otherwise; other formats hold what the scene asks for, by default one point a pixel.
+    otherwise; other formats hold what the scene asks for, by default one point a pixel. With --tolerance or
+    --time-budget the settings are found by a search, and remembered in a hidden file beside the scene.
     """
     set_up(precision)
     from diffwhitted import load_scene
@@ -47,7 +49,15 @@ def render(
     loaded = load_scene(scene, precision=precision.value).with_cutoff(cutoff)
     name, view = chosen_camera(loaded, camera)
     view = view.resized(width, height)
-    if antialias is None:
+    found = None
+    if tolerance is not None or time_budget is not None:
+        from ._accuracy import accuracy_bound, found_picture
+
+        bound = accuracy_bound(tolerance, time_budget, depth=depth, samples=samples if samples > 1 else None, footprint=footprint,
+                               cutoff=cutoff, antialias=antialias)
+        settings, picture, found = found_picture(scene, loaded, view, name, bound)
+        about = {"scene": scene.name, "camera": name, "settings": str(settings)}
+    elif antialias is None:
         trees = chosen_footprint(footprint, samples, loaded.footprint, for_eyes=bool(form.bits))
         picture = rendered(loaded, view, depth, samples, trees)
         about = {"scene": scene.name, "camera": name, "samples": (trees or samples) ** 2, "footprint": trees}
@@ -57,6 +67,8 @@ def render(
     write_image(out, picture.pixels, exposure=exposure, metadata=about)
     print(f"wrote {out}: {view.width} x {view.height} pixels, {picture.rays:,} rays in {picture.seconds:.2f} s, "
           f"after {picture.seconds_compile:.1f} s of compiling")
+    if found is not None:
+        print(found)
     if picture.left_out is not None:
         print(f"the cutoff of {float(loaded.cutoff):g} and the depth leave out at most {picture.left_out:.2g} in any pixel")
     if form.bits and (lost := _clipped_note(count_clipped(picture.pixels, exposure=exposure), view.width * view.height)):

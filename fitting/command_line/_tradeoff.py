@@ -15,7 +15,7 @@ from ._progress import Progress
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from fitting._tradeoff import Tradeoff
+    from fitting._tradeoff import Point, Tradeoff
 
 Out = Annotated[Path | None, typer.Option(
     "--out", "-o", metavar="DIR", show_default=False, help="Folder for tradeoff.html, tradeoff.png, tradeoff.csv and tradeoff.json.")]
@@ -81,11 +81,20 @@ def print_tradeoff(found: Tradeoff, title: str) -> None:
     console.print()
     console.print(_table(found))
     hidden = len(found.points) - len(_shown(found))
-    console.print(f"\n{hidden} more settings were measured, and each is beaten by one of these.", markup=False)
+    console.print(f"\n{hidden} more settings were measured: beaten by one of these, or better by less than a fifth.", markup=False)
 
 
-def _shown(found: Tradeoff) -> list:
-    return [p for p in found.points if p.on_front or p is found.recommended or p.settings == found.asked]
+def _shown(found: Tradeoff) -> list[Point]:
+    """The front in steps that count, the settings of the scene and the recommended ones."""
+    from fitting._tradeoff import STEP
+
+    shown, last = [], float("inf")
+    for point in found.points:
+        step = point.on_front and point.rmse <= STEP * last
+        if step or point is found.recommended or point.settings == found.asked:
+            shown.append(point)
+            last = min(last, point.rmse)
+    return shown
 
 
 def _table(found: Tradeoff) -> Table:
@@ -93,11 +102,11 @@ def _table(found: Tradeoff) -> Table:
 
     from ._explain import plain_table
 
-    table = plain_table("", "settings", "time", "rays", "RMSE", "largest", "dE mean", "95 %")
+    table = plain_table("", "settings", "time", "rays", "RMSE", "CIEDE2000")
     for column in table.columns[2:]:
         column.justify = "right"
     for point in _shown(found):
         mark = ">" if point is found.recommended else ""
-        figures = (f"{value:.2g}" for value in (point.rmse, point.largest, point.ciede2000_mean, point.ciede2000_p95))
+        figures = (f"{value:.2g}" for value in (point.rmse, point.ciede2000_mean))
         table.add_row(mark, str(point.settings), seconds_text(point.seconds), f"{point.rays:,}", *figures)
     return table
