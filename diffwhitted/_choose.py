@@ -111,8 +111,8 @@ def _for_tolerance(candidates: Sequence[Candidate], tolerance: float, trial: Tri
     """Where the check fails, what was foretold is too low by so much; the next choice counts with it."""
     wanted, reached = MARGIN * tolerance, np.inf
     least = min(candidates, key=lambda c: c.error)
-    for _ in range(MOST_TRIALS):
-        found = cheapest(candidates, wanted) or least
+    for number in range(MOST_TRIALS):
+        found = (cheapest(candidates, wanted) if number < MOST_TRIALS - 1 else None) or least
         measured, error = trial(found.settings)
         if error <= tolerance:
             return measured, error
