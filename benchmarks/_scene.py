@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import equinox as eqx
-import numpy as np
 
 import diffwhitted
 from diffwhitted.scene import Scene
@@ -28,8 +27,3 @@ def three_spheres(size: tuple[int, int] | None = None, precision: str = "float32
     if size is None:
         return scene
     return eqx.tree_at(lambda s: s.cameras[CAMERA], scene, scene.cameras[CAMERA].resized(*size))
-
-
-def rmse(a, b) -> float:
-    """Root mean square difference of two pictures."""
-    return float(np.sqrt(np.mean((np.asarray(a, np.float64) - np.asarray(b, np.float64)) ** 2)))

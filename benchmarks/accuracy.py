@@ -8,11 +8,12 @@ from functools import partial
 import numpy as np
 
 import diffwhitted
+from diffwhitted._reference import rmse
 
 from . import _povray
 from ._figures import Figure
 from ._fresh import run
-from ._scene import CAMERA, POVRAY_FILE, TARGET_SIZE, rmse, three_spheres
+from ._scene import CAMERA, POVRAY_FILE, TARGET_SIZE, three_spheres
 from ._timing import ratio, taking_turns
 
 THRESHOLDS = (0.3, 0.1, 0.03, 0.01)
@@ -59,19 +60,19 @@ def _povray_figures(truth) -> list[Figure]:
     return figures
 
 
-def _nested_glass():
-    """A glass sphere in a glass sphere, on a floor under a sky."""
+def nested_glass(vfov_deg=30, width=320, height=240):
+    """A glass sphere in a glass sphere, on a floor under a sky (also for the tests)."""
     objects = [diffwhitted.Sphere("outer", (0, 0, 0), 1, "outer"), diffwhitted.Sphere("inner", (0.1, 0, 0), 0.6, "inner"),
                diffwhitted.Plane("floor", (0, 1, 0), -1, "floor")]
     materials = {"outer": diffwhitted.Material(k_s=0.1, k_t=0.85, k_h=0.0, refractive_index=1.5), "floor": diffwhitted.Material(k_d=0.6, k_a=0.1),
                  "inner": diffwhitted.Material(k_s=0.1, k_t=0.85, k_h=0.2, refractive_index=1.2)}
     return diffwhitted.Scene(objects=objects, materials=materials, lights=[diffwhitted.PointLight((0, 5, 3), (1, 1, 1))],
                              background=diffwhitted.ConstantBackground((0.2, 0.3, 0.5)),
-                             cameras={CAMERA: diffwhitted.Camera((0.3, 0.5, 6), (0, 0, 0), 30, 320, 240)})
+                             cameras={CAMERA: diffwhitted.Camera((0.3, 0.5, 6), (0, 0, 0), vfov_deg, width, height)})
 
 
 def _cutoff() -> list[Figure]:
-    scene = _nested_glass()
+    scene = nested_glass()
     whole, part = (diffwhitted.render_with_bound(scene, scene.cameras[CAMERA], max_depth=DEPTH, cutoff=cutoff) for cutoff in (0, CUTOFF))
     missing = whole.image - part.image
     return [

@@ -5,13 +5,14 @@ import jax.numpy as jnp
 import numpy as np
 
 import diffwhitted
+from diffwhitted._reference import rmse
 from diffwhitted._render import record_passes, replay_passes
 from diffwhitted.scene import Coefficient
 from diffwhitted.tree._effects import calls_for
 
 from ._figures import Figure
 from ._fresh import in_fresh_process, run
-from ._scene import CAMERA, rmse, three_spheres
+from ._scene import CAMERA, three_spheres
 from ._timing import Seconds, ratio, taking_turns
 
 ROUNDS = 15

@@ -12,6 +12,7 @@ import numpy as np
 
 import diffwhitted
 import fitting
+from diffwhitted._reference import rmse
 from diffwhitted._render import record_passes, replay_passes, trace_pass
 from diffwhitted.tree import likely_room, make_plan
 
@@ -19,7 +20,7 @@ from ._figures import Figure
 from ._fresh import in_fresh_process, run
 from ._scene import CAMERA, three_spheres
 from ._timing import ratio, taking_turns
-from .supersampled import INDEX, SCENES, area_true, changed, cosine, filtered, reference, relative, rms, spheres
+from .supersampled import INDEX, SCENES, area_true, changed, cosine, filtered, reference, relative, spheres
 
 SIDE, STEP = 64, 1e-3
 TREES = {1: ("one tree", 0.98, 0.20, 0.006), 2: ("2x2 trees", 0.99, 0.13, 0.002)}
@@ -50,7 +51,7 @@ def _scores(name: str, ours, image, slope, away, limits) -> list[Figure]:
     return [
         Figure(f"{name}: 1 - cosine", 1 - cosine(derivative, slope), "", 1 - limits[1], f"gradient of a loss {pull:.3f} times the true one"),
         Figure(f"{name}: relative L2 error", relative(derivative, slope), "", limits[2]),
-        Figure(f"{name}: RMSE of the image", rms(picture, image), "", limits[3]),
+        Figure(f"{name}: RMSE of the image", rmse(picture, image), "", limits[3]),
     ]
 
 

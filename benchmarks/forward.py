@@ -4,11 +4,12 @@ import jax
 import numpy as np
 
 import diffwhitted
+from diffwhitted._reference import rmse
 
 from . import _mitsuba, _povray
 from ._figures import Figure
 from ._fresh import run
-from ._scene import CAMERA, POVRAY_FILE, rmse, three_spheres
+from ._scene import CAMERA, POVRAY_FILE, three_spheres
 from ._timing import Seconds, timed
 
 ROUNDS, RENDERS_A_ROUND = 9, 5

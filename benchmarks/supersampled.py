@@ -94,7 +94,3 @@ def cosine(a, b):
 
 def relative(a, b):
     return float(np.linalg.norm(a - b) / np.linalg.norm(b))
-
-
-def rms(a, b):
-    return float(np.sqrt(np.mean((a - b) ** 2)))

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ._errors import SceneError
-from ._lists import traced_list
+from ._lists import packed_pass, traced_list
 from .scene import Camera, Scene, depth_number, tabulate
 from .tree import Plan, Samples, likely_room, make_plan, trace_beside_small
 
@@ -48,12 +48,8 @@ def antialias(scene: Scene, camera: Camera, threshold: float, *, levels: int = L
     check_threshold(threshold)
     if isinstance(levels, bool) or not isinstance(levels, int) or not 0 <= levels <= 6:
         raise SceneError(f"levels = {levels!r}; allowed is a whole number from 0 (corners only) to 6")
-    scene = scene.with_cutoff(cutoff)
-    camera = camera.in_precision(scene.dtype)
+    scene, camera, plan = _prepared(scene, camera, max_depth, cutoff)
     width, height, finest = camera.width, camera.height, 2**levels
-    # The corners are a picture of one more row and column.
-    plan = make_plan(scene, camera.resized(width + 1, height + 1), max_depth=depth_number(max_depth),
-                     capacity=likely_room(camera), footprint=0)
     trace = _Tracer(scene, camera, plan, finest)
     found = trace(*(at.reshape(-1) * finest for at in np.mgrid[: height + 1, : width + 1]), finest).reshape(height + 1, width + 1, 4)
     corners = np.stack([found[:-1, :-1], found[:-1, 1:], found[1:, :-1], found[1:, 1:]], axis=2).reshape(-1, 4, 4)
@@ -70,6 +66,21 @@ def antialias(scene: Scene, camera: Camera, threshold: float, *, levels: int = L
         step //= 2
         squares = squares.some(divided).quartered(trace, step)
     return Antialiased(picture.reshape(height, width, 3).astype(scene.dtype), parts.reshape(height, width), trace.samples, trace.rays)
+
+
+def compile_antialias(scene: Scene, camera: Camera, *, max_depth: int | None = None, cutoff: float | None = None) -> None:
+    """Compile the program of `antialias`, which is kept, without tracing a picture."""
+    scene, camera, plan = _prepared(scene, camera, max_depth, cutoff)
+    corner = np.zeros(1)
+    _pass.lower(scene, camera, plan, packed_pass(plan, corner, corner, 1.0, scene.dtype)).compile()
+
+
+def _prepared(scene: Scene, camera: Camera, max_depth: int | None, cutoff: float | None) -> tuple[Scene, Camera, Plan]:
+    """Scene and camera as they are traced, and the plan. The corners are a picture of one more row and column."""
+    scene = scene.with_cutoff(cutoff)
+    camera = camera.in_precision(scene.dtype)
+    corners = camera.resized(camera.width + 1, camera.height + 1)
+    return scene, camera, make_plan(scene, corners, max_depth=depth_number(max_depth), capacity=likely_room(camera), footprint=0)
 
 
 def check_threshold(threshold) -> None:

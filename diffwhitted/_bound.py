@@ -6,9 +6,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from ._radiance_bound import radiance_bounds
-from ._render import traced_passes
+from ._render import traced_with_room
 from ._vector import vec3
-from .scene import Camera, Scene, check_footprint, depth_number, whole_number
+from .scene import Camera, Scene, depth_number, whole_number
 from .tree import Beyond, Plan, likely_room, make_plan
 
 
@@ -39,16 +39,10 @@ def render_with_bound(scene: Scene, camera: Camera, *, samples: int = 1, max_dep
     scene = scene.with_cutoff(cutoff)
     camera = camera.in_precision(scene.dtype)
     samples, depth = whole_number(samples, "samples"), depth_number(max_depth) or scene.max_depth
-    if footprint is not None:
-        check_footprint(footprint, "")
     # A plan of depth 1 knows no branches, and so not what they would have carried.
     plan = make_plan(scene, camera, max_depth=max(depth, 2), capacity=likely_room(camera), footprint=footprint)
     plan, beyond = replace(plan, max_depth=depth), most_beyond(scene, camera, plan)
-    while True:
-        image, descendants = traced_passes(scene, camera, plan, samples, beyond)
-        if int(descendants.max()) <= plan.capacity:
-            break
-        plan = plan.with_capacity(2 * int(descendants.max()))
+    image, descendants = traced_with_room(scene, camera, plan, samples, beyond)
     image, rays = np.asarray(image), int(np.asarray(descendants, np.int64).sum())
     left_out = np.zeros_like(image) if image.shape[-1] == 3 else image[..., 3:]
     return Bounded(image[..., :3], left_out, rays + camera.width * camera.height * max(plan.footprint, samples) ** 2)

@@ -18,7 +18,7 @@ from ._errors import SceneError
 from ._lists import film_of, traced_list
 from ._workers import side_by_side
 from .image import gathered
-from .scene import Camera, Scene, check_footprint, depth_number, tabulate
+from .scene import Camera, Scene, depth_number, tabulate
 from .tree import Plan, Samples, grid, likely_room, make_plan, record, replay, sample_places
 
 SIDE = 2
@@ -54,7 +54,6 @@ def derivative(make: Callable[[Float[Array, "..."]], Scene], value, camera: Came
     footprints; see `tree`). Raises `SceneError` for a footprint or depth that is not one, and `CapacityError` where
     the tree outgrows the memory.
     """
-    check_footprint(footprint, "")
     value = jnp.asarray(value, float)
     scene, tangent = eqx.filter_jvp(make, (value,), (jnp.ones_like(value),))
     if not isinstance(scene, Scene):

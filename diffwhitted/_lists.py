@@ -22,7 +22,7 @@ def traced_list(program: Callable[[Samples], tuple], plan: Plan, column: np.ndar
         passes = min(processors(), count // plan.block)
     each = -(-count // passes)
     films, rays = zip(*side_by_side(lambda samples: film_of(program, plan, samples),
-                                    [_packed(plan, column[i : i + each], row[i : i + each], side, dtype) for i in range(0, count, each)]), strict=True)
+                                    [packed_pass(plan, column[i : i + each], row[i : i + each], side, dtype) for i in range(0, count, each)]), strict=True)
     return np.concatenate([film[..., :each] for film in films], axis=-1)[..., :count], sum(rays)
 
 
@@ -39,7 +39,7 @@ def film_of(program: Callable[[Samples], tuple], plan: Plan, samples: Samples) -
     return sum(film for film, _ in halves), sum(rays for _, rays in halves)
 
 
-def _packed(plan: Plan, column: np.ndarray, row: np.ndarray, side: float, dtype) -> Samples:
+def packed_pass(plan: Plan, column: np.ndarray, row: np.ndarray, side: float, dtype) -> Samples:
     """One pass of these samples, and no ray in the rest of its room."""
     room = plan.pass_pixels - column.size
     column, row = (jnp.asarray(np.pad(a, (0, room), mode="edge"), dtype) for a in (column, row))

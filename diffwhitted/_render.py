@@ -64,14 +64,12 @@ def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: i
     if traced:
         image, needed = render_passes(scene, camera, plan, samples)
         return eqx.error_if(image, needed > plan.capacity, _too_small(plan))
-    while True:
-        image, descendants = traced_passes(scene, camera, plan, samples)
-        needed = int(descendants.max())
-        if needed <= plan.capacity:
-            return image
-        if given:
-            raise CapacityError(_too_small(plan))
-        plan = plan.with_capacity(2 * needed)
+    if not given:
+        return traced_with_room(scene, camera, plan, samples)[0]
+    image, descendants = traced_passes(scene, camera, plan, samples)
+    if int(descendants.max()) > plan.capacity:
+        raise CapacityError(_too_small(plan))
+    return image
 
 
 def plan(scene: Scene, camera: Camera, *, free: tuple[str, ...] = (), max_depth: int | None = None,
@@ -153,6 +151,16 @@ def traced_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1, be
     """The image, side by side on all processors, and the rays other than camera rays of each pass and sample."""
     passes = side_by_side(lambda number: trace_pass(scene, camera, plan, number, samples, beyond), list(_pass_numbers(plan)))
     return _assembled(passes, camera)
+
+
+def traced_with_room(scene: Scene, camera: Camera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):
+    """The same with as much room as the rays turn out to need."""
+    while True:
+        image, descendants = traced_passes(scene, camera, plan, samples, beyond)
+        needed = int(descendants.max())
+        if needed <= plan.capacity:
+            return image, descendants
+        plan = plan.with_capacity(2 * needed)
 
 
 @eqx.filter_jit

@@ -5,7 +5,6 @@ work is the same, and so are picture and time.
 """
 
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import equinox as eqx
@@ -14,11 +13,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from ._antialias import antialias
+from ._antialias import antialias, compile_antialias
 from ._errors import CapacityError
-from ._knobs import KNOBS, Settings
+from ._knobs import Settings
 from ._workers import processors, side_by_side
-from .scene import DEEPEST, Camera, Scene, float_dtype, tabulate
+from .scene import DEEPEST, Camera, Scene, tabulate
 from .tree import Plan, Samples, likely_room, make_plan, sample_places, trace
 
 MOST_PLACES = 64
@@ -88,17 +87,16 @@ class Tracer:
     def _antialiased(self, settings: Settings, pixels: np.ndarray | None) -> Traced:
         """Pixels share their corners, so the whole picture is traced, and some of it costs its part."""
 
-        def once():
-            begun = time.perf_counter()
-            found = antialias(self.scene, self.camera, settings.antialias, max_depth=settings.depth, cutoff=settings.cutoff)
-            return found, time.perf_counter() - begun
-
-        found, seconds = once()
         program = replace(settings, antialias=1.0, cutoff=float(settings.cutoff > 0) / 2)
+        options = {"max_depth": settings.depth, "cutoff": settings.cutoff}
         if program not in self._compiled:
+            begun = time.perf_counter()
+            compile_antialias(self.scene, self.camera, **options)
+            self.seconds_compile += time.perf_counter() - begun
             self._compiled.add(program)
-            first, (found, seconds) = seconds, once()
-            self.seconds_compile += max(first - seconds, 0.0)
+        begun = time.perf_counter()
+        found = antialias(self.scene, self.camera, settings.antialias, **options)
+        seconds = time.perf_counter() - begun
         picture = found.image.reshape(-1, 3).astype(np.float64)
         if pixels is None:
             return Traced(settings, picture, found.rays, seconds)

@@ -105,7 +105,7 @@ def _solved(problem: Problem, point: np.ndarray, max_steps: int, at_rest, on_ste
         point = solution.values
         if solution.interrupted:
             break
-    shift = abs(point - before) if last is not problem else 0 * point
+    shift = abs(point - before) if last is not problem else solution.shift
     return replace(solution, history=tuple(history), seconds=time.perf_counter() - begun, shift=shift)
 
 

@@ -45,7 +45,7 @@ def outcome(scene: Scene, targets: tuple[Target, ...], problem: Problem, start: 
     misfit = not rounding and is_structured(views, tuple(t.noise for t in targets), len(unknowns))
     if misfit:
         notes = (MISFIT, *notes)
-    coarse = [u.name for u, error, shift in zip(unknowns, known.standard_error, best.shift + 0 * best.values, strict=True)
+    coarse = [u.name for u, error, shift in zip(unknowns, known.standard_error, best.shift, strict=True)
               if shift > MOSTLY * QUANTILE * error]
     if coarse:
         which = ", ".join(coarse) if len(coarse) < 4 else f"{len(coarse)} coefficients"
@@ -121,7 +121,7 @@ def _coefficient(i: int, unknown: Unknown, best: Solution, start, known: Uncerta
         name=unknown.name, symbol=unknown.row.symbol, value=float(best.values[i]), start=float(start[i]),
         standard_error=float(known.standard_error[i]) if determined else None,
         interval_95=_interval(known.interval[i], unknown, at_bound[i]) if determined else None,
-        shift=float(np.broadcast_to(best.shift, best.values.shape)[i]),
+        shift=float(best.shift[i]),
         identifiable=sure, seen=bool(known.seen[i]), confounded_with=tuple(unknowns[j].name for j in known.confounded[i]),
         at_bound=bool(at_bound[i]), bounds=unknown.bounds, unit=unknown.row.unit,
     )

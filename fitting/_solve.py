@@ -43,8 +43,8 @@ class Solution:
     history: tuple[FitStep, ...]
     interrupted: bool
     seconds: float
-    shift: np.ndarray | float = 0.0
-    """How far the values moved when four trees took the place of each, (p,)."""
+    shift: np.ndarray
+    """How far the values moved when four trees took the place of each, (p,); 0 until they do."""
 
 
 class LinearModel(eqx.Module):
@@ -100,7 +100,7 @@ def solve(problem: Problem, start: np.ndarray, *, max_steps: int, at_rest: Calla
             rejected = 0 if accepted else rejected + 1
             if bool(done) or rejected >= REJECTIONS or stopped() or at_rest(*best.linear()):
                 break
-    return Solution(*best.linear(), best.films, tuple(history), stopped(), time.perf_counter() - begun)
+    return Solution(*best.linear(), best.films, tuple(history), stopped(), time.perf_counter() - begun, np.zeros_like(best.values))
 
 
 def _method(dtype) -> optx.LevenbergMarquardt:

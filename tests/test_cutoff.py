@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from benchmarks.accuracy import nested_glass
 from benchmarks.supersampled import EXAMPLE
 
 import diffwhitted as dw
@@ -27,13 +28,6 @@ def hall_of_mirrors():
     return _scene(objects, materials)
 
 
-def nested_glass():
-    objects = [dw.Sphere("outer", (0, 0, 0), 1, "outer"), dw.Sphere("inner", (0.1, 0, 0), 0.6, "inner"), dw.Plane("floor", (0, 1, 0), -1, "floor")]
-    materials = {"outer": dw.Material(k_s=0.1, k_t=0.85, refractive_index=1.5, k_h=0.0), "floor": FLOOR,
-                 "inner": dw.Material(k_s=0.1, k_t=0.85, refractive_index=1.2, k_h=0.2)}
-    return _scene(objects, materials)
-
-
 def _scene(objects, materials):
     return dw.Scene(objects=objects, materials=materials, lights=[dw.PointLight((0, 5, 3), (1, 1, 1))], background=SKY,
                     cameras={"main": dw.Camera((0.3, 0.5, 6), (0, 0, 0), 50, 48, 36)})
@@ -44,7 +38,7 @@ def example(name):
     return eqx.tree_at(lambda s: s.cameras, scene, {"main": scene.cameras["main"].resized(48, 36)})
 
 
-SCENES = {"hall of mirrors": hall_of_mirrors, "nested glass": nested_glass, "glass between spheres": lambda: example("glass_between_spheres"),
+SCENES = {"hall of mirrors": hall_of_mirrors, "nested glass": lambda: nested_glass(50, 48, 36), "glass between spheres": lambda: example("glass_between_spheres"),
           "three spheres": lambda: example("three_spheres")}
 
 

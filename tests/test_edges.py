@@ -6,14 +6,12 @@ Pictures are 80x60; `benchmarks/edges.py` measures more scenes, indices and size
 
 import functools
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
-from benchmarks.supersampled import INDEX, SCENES, area_true, changed, cosine, filtered, reference, relative, rms
+from benchmarks.supersampled import SCENES, area_true, changed, cosine, filtered, reference, relative
 
-import diffwhitted as dw
-from diffwhitted._render import render_passes, traced_passes
+from diffwhitted._reference import rmse
+from diffwhitted._render import traced_passes
 from diffwhitted.tree import make_plan
 
 STEP, SIDE = 2e-3, 48
@@ -39,7 +37,7 @@ def test_one_filtered_tree_has_the_derivative_of_the_area(name, like, off):
     image, slope = in_index(name)
     ours, derivative = filtered(scene, camera)
     assert cosine(derivative, slope) > like and relative(derivative, slope) < off
-    assert rms(ours, image) < 0.006
+    assert rmse(ours, image) < 0.006
     away = image - area_true(changed(scene, 1.33, 0.0), camera, 8)
     assert (away * derivative).sum() / (away * slope).sum() == pytest.approx(1, abs=0.05)
 
@@ -49,7 +47,7 @@ def test_the_derivative_of_points_is_another():
     scene, camera = scene_of("spheres")
     image, slope = in_index("spheres")
     points, derivative = filtered(scene, camera, trees=0)
-    assert abs(cosine(derivative, slope)) < 0.2 and rms(points, image) > 0.05
+    assert abs(cosine(derivative, slope)) < 0.2 and rmse(points, image) > 0.05
 
 
 def test_the_reference_has_converged():

@@ -12,9 +12,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from benchmarks.supersampled import area_true, cosine, relative, rms
+from benchmarks.supersampled import area_true, cosine, relative
 
 import diffwhitted as dw
+from diffwhitted._reference import rmse
 from diffwhitted._render import render_passes
 from diffwhitted.tree import make_plan
 
@@ -115,7 +116,7 @@ def test_the_derivative_is_that_of_the_area(name, what, step, like, off):
     image, slope = true(name, what, step)
     ours, derivative = filtered(name, scene_of(name), what)
     assert cosine(derivative, slope) > like and relative(derivative, slope) < off
-    assert rms(ours, image) < {"touching": 0.0095, "pool": 0.0045}[name]
+    assert rmse(ours, image) < {"touching": 0.0095, "pool": 0.0045}[name]
 
 
 def lantern():

@@ -28,7 +28,7 @@ class Footprint(eqx.Module):
     down: Ray
     """Along the column."""
     within: Int[Array, "*n"] | None = None
-    """The object that the ray was refracted into and has not left, -1 for none. None where nothing is refracted."""
+    """The object that the ray was refracted into and has not left, -1 for none. None for a ray to a light."""
 
     def sides(self) -> tuple[Ray, Ray]:
         return self.across, self.down

@@ -104,8 +104,8 @@ def decide_effects(scene: Scene, free: Collection[str] = (), max_depth: int | No
     found["attenuation"] = _decide(_faded(scene), "no point light has an attenuation", "" if lit else "no light is looked at")
     gradient = isinstance(scene.background, GradientBackground)
     found["background_gradient"] = (gradient, "background = { gradient = ... }" if gradient else "the background is one colour")
-    cutoff = "traced" if is_traced(scene.cutoff) else f"{float(scene.cutoff):.4g}"
-    found["cutoff"] = cutoff != "0" and (found["reflection"][0] or found["refraction"][0]), f"cutoff = {cutoff}"
+    found["cutoff"] = _decide(_truncated(scene), "cutoff = 0",
+                              "" if found["reflection"][0] or found["refraction"][0] else "no ray is reflected or refracted")
     found["footprint"] = bool(trees), f"footprint = {trees}"
     return tuple(Decision(name, *found[name]) for name in EFFECT_NAMES)
 
@@ -165,6 +165,12 @@ def _textured(scene: Scene, free) -> str | None:
             if texture is not None and calls_for(scene, thing.material, coefficient, free):
                 return f"object {thing.name!r}: {coefficient}_texture = {texture!r}"
     return None
+
+
+def _truncated(scene: Scene) -> str | None:
+    if is_traced(scene.cutoff):
+        return "cutoff is traced and may be anything"
+    return f"cutoff = {float(scene.cutoff):.4g}" if float(scene.cutoff) > 0 else None
 
 
 def _faded(scene: Scene) -> str | None:

@@ -11,7 +11,22 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ._environment import set_up
-from ._options import Antialias, CameraName, Cutoff, Depth, Footprint, Height, Precision, PrecisionName, Samples, ScenePath, TimeBudget, Tolerance, Width, chosen_camera
+from ._options import (
+    Antialias,
+    CameraName,
+    Cutoff,
+    Depth,
+    Footprint,
+    Height,
+    Precision,
+    PrecisionName,
+    Samples,
+    ScenePath,
+    TimeBudget,
+    Tolerance,
+    Width,
+    chosen_camera,
+)
 
 if TYPE_CHECKING:
     import numpy as np
@@ -125,18 +140,19 @@ def rendered(scene: Scene, camera: Camera, depth: int | None, samples: int, foot
 
 
 def adaptive(scene: Scene, camera: Camera, depth: int | None, samples: int, footprint: int | None, threshold: float) -> Picture:
-    """What `diffwhitted.antialias` gives, run twice to tell compiling from rendering."""
+    """What `diffwhitted.antialias` gives, with seconds counted."""
     from diffwhitted import InputError
     from diffwhitted import antialias as divided
+    from diffwhitted._antialias import check_threshold, compile_antialias
 
     if samples > 1 or footprint:
         raise InputError(f"--antialias {threshold:g} with --{'samples' if samples > 1 else 'footprint'}: allowed is one way to antialias")
+    check_threshold(threshold)
     begun = time.perf_counter()
-    divided(scene, camera, threshold, max_depth=depth)
+    compile_antialias(scene, camera, max_depth=depth)
     compiled = time.perf_counter()
     found = divided(scene, camera, threshold, max_depth=depth)
-    seconds = time.perf_counter() - compiled
-    return Picture(found.image, found.rays, seconds, compiled - begun - seconds, None)
+    return Picture(found.image, found.rays, time.perf_counter() - compiled, compiled - begun, None)
 
 
 def _clipped_note(clipped: Any, pixels: int) -> str:
