@@ -3,7 +3,9 @@
 Scenes stay in float32 unless a test asks for float64.
 """
 
+import equinox as eqx
 import jax
+import pytest
 
 jax.config.update("jax_enable_x64", True)
 
@@ -17,3 +19,14 @@ def pytest_collection_modifyitems(items):
         return LONGEST.index(name) if name in LONGEST else len(LONGEST)
 
     items.sort(key=place)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _programs_of_one_file():
+    """Let go of the compiled programs at the end of each file.
+
+    Each of them maps memory some dozens of times, and a process may do so 65530 times on Linux: past that XLA crashes.
+    """
+    yield
+    eqx.clear_caches()
+    jax.clear_caches()
