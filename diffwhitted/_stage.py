@@ -21,10 +21,12 @@ PACKET = 512
 def stage(needed: Bool[Array, ""], work: Callable, *operands):
     """`work(*operands)`, computed as one stage; zeros where it is not `needed`."""
 
-    def nothing(*operands):
-        return jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), jax.eval_shape(lambda *a: work(*a), *operands))
+    traced_once = jax.jit(lambda *a: work(*a))  # for the shapes of its results and for the results
 
-    return jax.lax.cond(needed, lambda *a: work(*a), nothing, *operands)
+    def nothing(*operands):
+        return jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), jax.eval_shape(traced_once, *operands))
+
+    return jax.lax.cond(needed, traced_once, nothing, *operands)
 
 
 def packed(some: Bool[Array, "n"], work: Callable, rest, *operands):

@@ -190,6 +190,9 @@ def _value_and_columns(fn, values: Float[Array, "p"]):
     def along(tangent):
         return jax.jvp(fn, (values,), (tangent,))
 
+    if values.size == 1:  # a batch of one would be traced and compiled for nothing
+        value, column = along(jnp.ones_like(values))
+        return value, column[None]
     return jax.vmap(along, out_axes=(None, 0))(jnp.eye(values.size, dtype=values.dtype))
 
 
