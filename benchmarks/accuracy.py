@@ -83,7 +83,7 @@ def _cutoff() -> list[Figure]:
 
 
 def _bounding() -> list[Figure]:
-    from diffwhitted._bound import most_beyond
+    from diffwhitted._radiance_bound import most_beyond
     from diffwhitted._render import traced_passes
 
     scene = three_spheres().with_cutoff(0.01)

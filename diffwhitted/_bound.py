@@ -2,14 +2,12 @@
 
 from dataclasses import dataclass, replace
 
-import jax.numpy as jnp
 import numpy as np
 
-from ._radiance_bound import radiance_bounds
+from ._radiance_bound import most_beyond
 from ._render import traced_with_room
-from ._vector import vec3
 from .scene import Camera, Scene, depth_number, whole_number
-from .tree import Beyond, Plan, likely_room, make_plan
+from .tree import likely_room, make_plan
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +17,8 @@ class Bounded:
     image: np.ndarray
     """(height, width, 3), linear Rec. 709 RGB."""
     left_out: np.ndarray
-    """(height, width, 3): no tree of up to 64 levels is brighter by more; 0 where nothing was left out."""
+    """(height, width, 3): no tree of up to 64 levels is brighter by more; 0 where nothing was left out, infinite where
+    no finite amount can be shown."""
     rays: int
 
     @property
@@ -46,8 +45,3 @@ def render_with_bound(scene: Scene, camera: Camera, *, samples: int = 1, max_dep
     image, rays = np.asarray(image), int(np.asarray(descendants, np.int64).sum())
     left_out = np.zeros_like(image) if image.shape[-1] == 3 else image[..., 3:]
     return Bounded(image[..., :3], left_out, rays + camera.width * camera.height * max(plan.footprint, samples) ** 2)
-
-
-def most_beyond(scene: Scene, camera: Camera, plan: Plan) -> Beyond:
-    """The most light that can come along a ray that leaves each object, for the tracer."""
-    return Beyond(*(vec3(jnp.asarray(side, scene.dtype)) for side in radiance_bounds(scene, camera, plan)))

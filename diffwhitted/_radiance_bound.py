@@ -10,10 +10,18 @@ the reflected side may pass on everything in place of k_s and k_t. From outside 
 not: a ray that was refracted into it meets its surface at the same angle from within.
 """
 
+import jax.numpy as jnp
 import numpy as np
 
+from ._vector import vec3
 from .scene import DEEPEST, Camera, Plane, Scene, Sphere, numbered_objects
-from .tree import Plan
+from .tree import Beyond, Plan
+
+
+def most_beyond(scene: Scene, camera: Camera, plan: Plan) -> Beyond:
+    """The most light that can come along a ray that leaves each object, for the tracer; infinite past the largest number of its precision."""
+    with np.errstate(over="ignore"):
+        return Beyond(*(vec3(jnp.asarray(side.astype(scene.dtype))) for side in radiance_bounds(scene, camera, plan)))
 
 
 def radiance_bounds(scene: Scene, camera: Camera, plan: Plan) -> np.ndarray:

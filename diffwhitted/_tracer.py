@@ -16,9 +16,10 @@ from jaxtyping import Array, Float, Int
 from ._antialias import antialias, compile_antialias
 from ._errors import CapacityError
 from ._knobs import Settings
+from ._radiance_bound import most_beyond
 from ._workers import processors, side_by_side
 from .scene import DEEPEST, Camera, Scene, tabulate
-from .tree import Plan, Samples, likely_room, make_plan, sample_places, trace
+from .tree import Beyond, Plan, Samples, likely_room, make_plan, sample_places, trace, trace_left_out
 
 MOST_PLACES = 64
 """Places in a pixel that one call of a program takes; more of them take several calls."""
@@ -50,7 +51,7 @@ class Tracer:
         side = None if pass_of is None else int(np.ceil(pass_of**0.5))
         self._sized = camera if side is None else camera.resized(side, side)
         self._plans: dict[bool, Plan] = {}
-        self._compiled: set[Plan | Settings] = set()
+        self._compiled: set[tuple[Plan, bool] | Settings] = set()
         self._crowded: dict[Settings, float] = {}
         self.seconds_compile = 0.0
         """So far, for all programs."""
@@ -70,9 +71,27 @@ class Tracer:
         if settings.antialias:
             return self._antialiased(settings, pixels)
         pixels, side = self.all_pixels if pixels is None else pixels, settings.footprint or settings.samples
-        column, row = (at.astype(self.scene.dtype) for at in (pixels % self.camera.width, pixels // self.camera.width))
-        films, rays, seconds = self._films(settings, column, row, _place_groups(side, self.scene.dtype))
+        films, rays, seconds = self._films(settings, *self._corners(pixels), _place_groups(side, self.scene.dtype))
         return Traced(settings, films / side**2, rays + len(pixels) * side**2, seconds)
+
+    def left_out(self, settings: Settings, pixels: np.ndarray | None = None) -> np.ndarray | None:
+        """The bound of `render_with_bound` for the picture of these settings, (n, 3): how much brighter each of these pixels could be
+        if depth and cutoff ended no branch of its trees. It says nothing of what lies between the samples.
+
+        None with antialiasing, where what was traced decides what is traced next.
+        """
+        if settings.antialias:
+            return None
+        pixels, side = self.all_pixels if pixels is None else pixels, settings.footprint or settings.samples
+        if not self.branches:
+            return np.zeros((len(pixels), 3))
+        beyond = most_beyond(self.scene, self.camera, self.plan(settings))
+        films, _, _ = self._films(settings, *self._corners(pixels), _place_groups(side, self.scene.dtype), beyond)
+        return films / side**2
+
+    def _corners(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Column and row of pixels."""
+        return tuple(at.astype(self.scene.dtype) for at in (pixels % self.camera.width, pixels // self.camera.width))
 
     def trace_spread(self, settings: Settings, pixels: np.ndarray) -> Traced:
         """The same, with all trees of a few pixels side by side: full passes also where the pixels are few and their trees many."""
@@ -103,10 +122,11 @@ class Tracer:
         part = len(pixels) / len(picture)
         return Traced(settings, picture[pixels], round(part * found.rays), part * seconds)
 
-    def _films(self, settings: Settings, column: np.ndarray, row: np.ndarray, groups: list["Places"]) -> tuple[np.ndarray, int, float]:
-        """The sum over places at each corner (n, 3), the rays other than camera rays, and the seconds."""
-        plan, scene = self.compiled(settings), self.scene.with_cutoff(settings.cutoff)
-        how = jnp.asarray(settings.depth, jnp.int32), jnp.asarray(1 / max(settings.footprint, 1), scene.dtype)
+    def _films(self, settings: Settings, column: np.ndarray, row: np.ndarray, groups: list["Places"],
+               beyond: Beyond | None = None) -> tuple[np.ndarray, int, float]:
+        """The sum over places at each corner (n, 3), the rays other than camera rays, and the seconds; with `beyond`, of what is left out."""
+        plan, scene = self.compiled(settings, beyond), self.scene.with_cutoff(settings.cutoff)
+        how = jnp.asarray(settings.depth, jnp.int32), jnp.asarray(1 / max(settings.footprint, 1), scene.dtype), beyond
 
         def film_of(corners):
             return [_pass(scene, self.camera, plan, corners, *places, *how) for places in groups]
@@ -127,16 +147,18 @@ class Tracer:
         total = np.stack([sum(np.asarray(part, np.float64) for part, _, _ in film) for film in films])
         return total.transpose(2, 0, 1).reshape(-1, 3)[: len(column)], sum(int(more) for film in films for _, _, more in film), seconds
 
-    def compiled(self, settings: Settings) -> Plan:
-        """The plan that serves these settings, its program compiled."""
+    def compiled(self, settings: Settings, beyond: Beyond | None = None) -> Plan:
+        """The plan that serves these settings, its program compiled. What is left out does not hang on shadows."""
         plan = self.plan(settings)
-        if plan not in self._compiled:
+        if beyond is not None:
+            plan = replace(plan, effects=replace(plan.effects, shadows=False, tinted_shadows=False))
+        if (program := (plan, beyond is None)) not in self._compiled:
             begun = time.perf_counter()
             nobody = _dealt(plan, *np.zeros((2, 1), self.scene.dtype), 1)[0]
             places = _place_groups(1, self.scene.dtype)[0]
-            _pass.lower(self.scene, self.camera, plan, nobody, *places, jnp.int32(1), jnp.asarray(1, self.scene.dtype)).compile()
+            _pass.lower(self.scene, self.camera, plan, nobody, *places, jnp.int32(1), jnp.asarray(1, self.scene.dtype), beyond).compile()
             self.seconds_compile += time.perf_counter() - begun
-            self._compiled.add(plan)
+            self._compiled.add(program)
         return plan
 
     def plan(self, settings: Settings) -> Plan:
@@ -181,14 +203,20 @@ def _dealt(plan: Plan, column: np.ndarray, row: np.ndarray, count: int) -> list[
 
 
 @eqx.filter_jit
-def _pass(scene: Scene, camera: Camera, plan: Plan, corners: Corners, places, count, depth, side):
-    """The sum of the films of `count` places (3, pixels); of their descendants, the largest number and the sum."""
+def _pass(scene: Scene, camera: Camera, plan: Plan, corners: Corners, places, count, depth, side, beyond: Beyond | None = None):
+    """The sum of the films of `count` places (3, pixels); of their descendants, the largest number and the sum.
+
+    With `beyond` the film is of the most light that the branches that are not followed could bring.
+    """
     tables = replace(tabulate(scene), max_depth=depth)
 
     def one_place(number, state):
         film, most, total = state
         samples = Samples(corners.column + places[number, 0], corners.row + places[number, 1], corners.there, side)
-        light, _, descendants = trace(tables, camera, plan, samples)
+        if beyond is None:
+            light, _, descendants = trace(tables, camera, plan, samples)
+        else:
+            light, descendants = trace_left_out(tables, camera, plan, samples, beyond)
         return film + light.stacked(axis=0), jnp.maximum(most, descendants), total + descendants
 
     nothing = jnp.zeros((3, plan.pass_pixels), scene.dtype), jnp.int32(0), jnp.int32(0)

@@ -41,6 +41,9 @@ class Point:
     rays: int
     seconds: float
     """The median of runs that took turns with those of all other settings."""
+    bound: float | None
+    """No channel of a pixel would be brighter by more if its own samples were followed to depth 64 with no cutoff (`Tracer.left_out`), in
+    linear RGB. None where no such bound is known, infinite where it is not finite. What lies between samples is not in it."""
     on_front: bool = False
     """No other setting measured here has a smaller RMSE in less time."""
 
@@ -83,7 +86,7 @@ class Tradeoff:
             "reference": {"text": self.reference, "difference": self.reference_difference, "converged": self.converged},
             "rounds": self.rounds, "seconds_compile": self.seconds_compile, "asked": asdict(self.asked),
             "recommended": None if chosen is None else asdict(chosen.settings), "sentences": list(sentences(self)),
-            "points": [asdict(p) | {"text": str(p.settings), "sweeps": list(p.sweeps)} for p in self.points],
+            "points": [asdict(p) | {"text": str(p.settings), "sweeps": list(p.sweeps), "bound": bound_value(p.bound)} for p in self.points],
         }
 
 
@@ -150,8 +153,9 @@ def _measured(tracers: dict[str, Tracer], programs: dict[Settings, list[str]], t
         work(f"measuring {settings}", 0.65 + 0.15 * number / len(programs))
         if settings.precision not in tracers:
             tracers[settings.precision] = Tracer(in_precision(tracer.scene, settings.precision), camera)
-        found = tracers[settings.precision].trace(settings)
-        points[settings] = Point(settings, tuple(sweeps), *_errors(found.pixels, truth.pixels, camera), found.rays, found.seconds)
+        found, beyond = tracers[settings.precision].trace(settings), tracers[settings.precision].left_out(settings)
+        bound = None if beyond is None else float(beyond.max())
+        points[settings] = Point(settings, tuple(sweeps), *_errors(found.pixels, truth.pixels, camera), found.rays, found.seconds, bound)
     once = sum(point.seconds for point in points.values())
     rounds = int(np.clip(ROUNDS_SECONDS / once, FEWEST_ROUNDS, MOST_ROUNDS))
     for number in range(rounds):
@@ -201,6 +205,15 @@ def convergence(found: Tradeoff) -> str:
         return f"{text}, {'a thousandth or less' if share >= 1000 else f'1/{share:.0f}'} of the smallest error."
     return (f"{text}, more than a tenth of the smallest error, {found.smallest_error:.2g}: it has not converged, and errors "
             f"below {found.reference_difference / CONVERGED:.1g} are uncertain.")
+
+
+def bound_value(bound: float | None) -> float | str | None:
+    """For JSON and CSV: an infinite bound is "Infinity", which numbers in most languages can be read from."""
+    return "Infinity" if bound == np.inf else bound
+
+
+def bound_text(bound: float | None) -> str:
+    return "not bounded" if bound is None else "infinite" if bound == np.inf else f"{bound:.2g}"
 
 
 def seconds_text(seconds: float) -> str:

@@ -13,7 +13,7 @@ from diffwhitted import KNOBS
 
 from ._drawing import PAGE_INKS, page_svg
 from ._outputs import explained, write_whole
-from ._tradeoff import Tradeoff, seconds_text, sentences
+from ._tradeoff import Tradeoff, bound_text, bound_value, seconds_text, sentences
 from ._tradeoff_plot import tradeoff_figure
 
 
@@ -42,9 +42,9 @@ def tradeoff_csv(found: Tradeoff) -> str:
     figures = ("rmse", "largest", "ciede2000_mean", "ciede2000_p95", "rays", "seconds")
     text = io.StringIO()
     table = csv.writer(text)
-    table.writerow([*(knob.name for knob in KNOBS), *figures, "on_front", "sweeps"])
+    table.writerow([*(knob.name for knob in KNOBS), *figures, "bound", "on_front", "sweeps"])
     for point in found.points:
-        table.writerow([*(point.settings[knob] for knob in KNOBS), *(getattr(point, name) for name in figures),
+        table.writerow([*(point.settings[knob] for knob in KNOBS), *(getattr(point, name) for name in figures), bound_value(point.bound),
                         int(point.on_front), " ".join(point.sweeps)])
     return text.getvalue()
 
@@ -67,4 +67,4 @@ def tradeoff_html(found: Tradeoff, title: str, about: str) -> str:
     ink, muted, _ = PAGE_INKS
     recommendation, own, convergence = sentences(found)
     return template.render(title=title, found=found, chosen=found.recommended, recommendation=recommendation, own=own, convergence=convergence,
-                           curve=page_svg(tradeoff_figure(found, ink, muted)), seconds=seconds_text, knobs=KNOBS, about=about)
+                           curve=page_svg(tradeoff_figure(found, ink, muted)), seconds=seconds_text, bound=bound_text, knobs=KNOBS, about=about)

@@ -74,6 +74,12 @@ def test_nothing_is_left_out_of_a_tree_that_ends_by_itself():
     assert found.most == 0 and found.left_out.shape == found.image.shape
 
 
+def test_a_bound_past_all_numbers_is_infinite_where_light_is_left_out():
+    scene, camera = scene_of("hall of mirrors")
+    found = dw.render_with_bound(dw.replace_coefficient(scene, "mirror.k_s", jnp.asarray((5.0, 0.0, 0.0))), camera, max_depth=3)
+    assert not np.isnan(found.left_out).any() and found.most == np.inf and (found.left_out[..., 1:] < 1).all()
+
+
 def test_a_cutoff_drops_most_rays_of_nested_glass():
     """Cutoff 1/512: few of the rays. Several branches of a pixel may be below it, so the largest error is up to twice as large."""
     whole, part = bounded("nested glass", DEEP, WHOLE), bounded("nested glass", DEEP, 1 / 512)

@@ -14,7 +14,7 @@ from diffwhitted._choose import spread_pixels
 from diffwhitted._reference import reference, rmse
 from diffwhitted._survey import cheapest, front, survey
 from diffwhitted._tracer import Tracer
-from fitting._tradeoff import CONVERGED, Point, Tradeoff, recommendation, sentences
+from fitting._tradeoff import CONVERGED, Point, Tradeoff, bound_text, bound_value, recommendation, sentences
 from fitting.command_line import main
 from fitting.command_line._accuracy import tolerance_number
 
@@ -153,6 +153,20 @@ def test_pixels_that_need_more_room_are_dealt_to_more_passes(tracer):
     np.testing.assert_allclose(small.trace(settings).pixels, tracer.trace(settings).pixels, atol=1e-6)
 
 
+def test_what_a_tracer_leaves_out_is_the_bound_of_render_with_bound(tracer):
+    settings = dw.Settings(depth=3, samples=2, cutoff=0.35)
+    bound = dw.render_with_bound(tracer.scene, tracer.camera, **settings.options())
+    np.testing.assert_allclose(tracer.left_out(settings), bound.left_out.reshape(-1, 3), atol=1e-6)
+    assert bound.most > 0.1 and tracer.left_out(dw.Settings(antialias=0.1)) is None
+
+
+@pytest.mark.parametrize("values", [{"depth": 1}, {"depth": 2, "footprint": 1}, {"depth": 16, "cutoff": 0.4}])
+def test_what_is_missing_is_within_the_bound(tracer, values):
+    settings = dw.Settings(**values)
+    missing = tracer.trace(dataclasses.replace(settings, depth=32, cutoff=0.0)).pixels - tracer.trace(settings).pixels
+    assert missing.min() > -1e-5 and (missing <= tracer.left_out(settings) + 1e-5).all() and missing.max() > 0.05
+
+
 def test_measure_gives_image_rays_and_seconds(tracer):
     found = dw.measure(tracer.scene, tracer.camera, dw.Settings(depth=1, samples=3))
     np.testing.assert_array_equal(found.image.reshape(-1, 3), tracer.trace(found.settings).pixels.astype(np.float32))
@@ -244,7 +258,7 @@ def test_spread_pixels_are_different_ones(pixels, most):
 
 
 def measured(*points, difference=1e-4, tolerance=1 / 255):
-    made = [Point(settings, ("depth",), error, 1.0, 1.0, 2.0, 100, seconds) for settings, error, seconds in points]
+    made = [Point(settings, ("depth",), error, 1.0, 1.0, 2.0, 100, seconds, 0.5) for settings, error, seconds in points]
     marks = front(made, error=lambda p: p.rmse)
     made = tuple(dataclasses.replace(p, on_front=mark) for p, mark in zip(made, marks, strict=True))
     return Tradeoff(8, 6, made, dw.Settings(), tolerance, "many trees", difference, 5, 1.0)
@@ -267,6 +281,11 @@ def test_a_reference_that_has_not_converged_is_called_so():
     assert "more than a tenth of the smallest error, 0.0035: it has not converged, and errors below 0.004 are uncertain" in sentences(bad)[2]
 
 
+def test_an_infinite_bound_is_said_in_words():
+    assert [(bound_value(bound), bound_text(bound)) for bound in (None, np.inf, 0.0, 0.123)] == [
+        (None, "not bounded"), ("Infinity", "infinite"), (0.0, "0"), (0.123, "0.12")]
+
+
 # The command.
 
 
@@ -280,6 +299,10 @@ def test_the_command_leaves_files_that_can_be_read(folder):
     assert found["reference"]["converged"] == (found["reference"]["difference"] <= CONVERGED * min(p["rmse"] for p in found["points"]))
     made = [Candidate(p["seconds"], p["rmse"]) for p in found["points"]]
     assert [p["on_front"] for p in found["points"]] == front(made) == brute_force([dataclasses.replace(c) for c in made])
+    bounds = {point["text"]: point["bound"] for point in found["points"]}
+    by_depth = [bounds[f"depth {depth}, footprint 1"] for depth in (1, 2, 3, 4)]
+    assert by_depth == sorted(by_depth, reverse=True) and bounds["depth 2, antialias 0.1"] is None
+    assert [row["bound"] for row in rows] == ["" if point["bound"] is None else str(point["bound"]) for point in found["points"]]
     page = (folder / "out/tradeoff.html").read_text()
     assert "<svg" in page and not re.search(r"""(src|href)=["']?(https?:|//)""", page)
     assert (folder / "out/tradeoff.png").read_bytes().startswith(b"\x89PNG")

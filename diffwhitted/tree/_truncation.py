@@ -6,6 +6,7 @@ times the most light that can come along its ray.
 """
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Int
 
@@ -38,13 +39,15 @@ class Beyond(eqx.Module):
 
 
 def left_out(tables: Tables, plan: Plan, beyond: Beyond, at: Arrival, throughput: Vec3, children: Children, kept: Children) -> Vec3:
-    """The most light that the children that are not followed could bring."""
+    """The most light that the children that are not followed could bring; where no finite amount is known, infinite."""
     transmitted = jnp.full_like(children[0], TRANSMITTED)
     mirror, through = ((children[0] > 0) & (kept[0] == 0), children[0]), (children[1] & ~kept[1], transmitted)
     out, into = lookup(beyond.outwards, at.object), lookup(beyond.inwards, at.object)
     total = throughput * 0
     for (gone, branch), most in ((mirror, where(at.entering, out, into)), (through, where(at.entering, into, out))):
-        total = total + where(gone, throughput * share(tables, plan, at.object, branch) * most, total * 0)
+        carried = throughput * share(tables, plan, at.object, branch)
+        # Where nothing is carried nothing is left out, be the most infinite.
+        total = total + jax.tree.map(lambda c, m, gone=gone: jnp.where(gone & (c > 0), c * m, 0), carried, most)
     return total
 
 

@@ -119,7 +119,7 @@ def rendered(scene: Scene, camera: Camera, depth: int | None, samples: int, foot
     import jax
     import numpy as np
 
-    from diffwhitted._bound import most_beyond
+    from diffwhitted._radiance_bound import most_beyond
     from diffwhitted._render import trace_pass, traced_passes
     from diffwhitted.tree import likely_room, make_plan
 

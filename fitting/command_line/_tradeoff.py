@@ -98,15 +98,15 @@ def _shown(found: Tradeoff) -> list[Point]:
 
 
 def _table(found: Tradeoff) -> Table:
-    from fitting._tradeoff import seconds_text
+    from fitting._tradeoff import bound_text, seconds_text
 
     from ._explain import plain_table
 
-    table = plain_table("", "settings", "time", "rays", "RMSE", "CIEDE2000")
+    table = plain_table("", "settings", "time", "RMSE", "CIEDE\n2000", "left out,\nat most")
     for column in table.columns[2:]:
         column.justify = "right"
     for point in _shown(found):
         mark = ">" if point is found.recommended else ""
         figures = (f"{value:.2g}" for value in (point.rmse, point.ciede2000_mean))
-        table.add_row(mark, str(point.settings), seconds_text(point.seconds), f"{point.rays:,}", *figures)
+        table.add_row(mark, str(point.settings), seconds_text(point.seconds), *figures, bound_text(point.bound))
     return table
