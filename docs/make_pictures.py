@@ -10,8 +10,9 @@ import jax
 import numpy as np
 
 import diffwhitted
+from fitting._error_plot import write_figure
 from fitting._tradeoff import sentences, tradeoff
-from fitting._tradeoff_outputs import write_png
+from fitting._tradeoff_plot import tradeoff_figure
 
 EXAMPLES = Path("examples")
 target = diffwhitted.read_image(EXAMPLES / "three_spheres_povray.exr").pixels
@@ -39,4 +40,4 @@ jax.config.update("jax_enable_x64", True)
 scene = diffwhitted.load_scene(EXAMPLES / "three_spheres.toml")
 found = tradeoff(scene, scene.cameras["main"].resized(320, 240))
 print(*sentences(found), *(f"{p.settings}: {p.rmse:.2g}, {p.seconds * 1e3:.0f} ms" for p in found.points), sep="\n")
-write_png(found, Path("docs/tradeoff.png"))
+write_figure(tradeoff_figure(found), Path("docs/tradeoff.png"))

@@ -46,9 +46,13 @@ class Bounds(eqx.Module):
     @eqx.filter_jit
     def unknowns(self, values: Float[Array, "p"]) -> Float[Array, "p"]:
         """Unknowns from coefficients inside the bounds; one on a bound is nudged inside by `NUDGE`."""
+        return jnp.arcsin(jnp.sqrt(jnp.clip(self.shares(values), NUDGE, 1 - NUDGE)))
+
+    @eqx.filter_jit
+    def shares(self, values: Float[Array, "p"]) -> Float[Array, "p"]:
+        """How far from the lower bound (0) to the upper (1) coefficients lie, in their own scale."""
         low, high = self._scaled(self.low), self._scaled(self.high)
-        share = jnp.clip((self._scaled(values) - low) / (high - low), NUDGE, 1 - NUDGE)
-        return jnp.arcsin(jnp.sqrt(share))
+        return (self._scaled(values) - low) / (high - low)
 
     @eqx.filter_jit
     def slope(self, x: Float[Array, "p"]) -> Float[Array, "p"]:

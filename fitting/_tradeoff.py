@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -63,6 +63,8 @@ class Tradeoff:
     """RMSE of two references, the better of which is the truth here."""
     rounds: int
     seconds_compile: float
+    picture: np.ndarray = field(repr=False, compare=False)
+    """(height, width, 3), linear RGB: the reference."""
 
     @property
     def smallest_error(self) -> float:
@@ -111,7 +113,8 @@ def tradeoff(scene: Scene, camera: Camera, tolerance: float = 1 / 255, on_work: 
     tracers, programs = {scene.precision: tracer}, _programs(tracer, asked, candidates, tolerance)
     points, rounds = _measured(tracers, programs, truth, camera, work)
     compiling = sum(t.seconds_compile for t in tracers.values())
-    return Tradeoff(camera.width, camera.height, points, asked, tolerance, str(truth), truth.difference, rounds, compiling)
+    picture = truth.pixels.reshape(camera.height, camera.width, 3)
+    return Tradeoff(camera.width, camera.height, points, asked, tolerance, str(truth), truth.difference, rounds, compiling, picture)
 
 
 def _most_accurate(tracer: Tracer) -> list[Settings]:

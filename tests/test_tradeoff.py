@@ -261,7 +261,7 @@ def measured(*points, difference=1e-4, tolerance=1 / 255):
     made = [Point(settings, ("depth",), error, 1.0, 1.0, 2.0, 100, seconds, 0.5) for settings, error, seconds in points]
     marks = front(made, error=lambda p: p.rmse)
     made = tuple(dataclasses.replace(p, on_front=mark) for p, mark in zip(made, marks, strict=True))
-    return Tradeoff(8, 6, made, dw.Settings(), tolerance, "many trees", difference, 5, 1.0)
+    return Tradeoff(8, 6, made, dw.Settings(), tolerance, "many trees", difference, 5, 1.0, np.zeros((6, 8, 3)))
 
 
 OWN, FINE, FINER = (dw.Settings(), 0.05, 0.01), (dw.Settings(depth=4, footprint=1), 0.0035, 0.21), (dw.Settings(footprint=2), 0.002, 0.651)
