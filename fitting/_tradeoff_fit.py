@@ -224,13 +224,13 @@ def recommendation(found: FitTradeoff) -> str:
     chosen = found.recommended
     if chosen is None:
         return "For a fit: none here converged with every coefficient determined; free fewer coefficients, or choose a view that shows them."
-    text = f"For a fit: {chosen.settings}: {seconds_text(chosen.seconds)}, {_said(chosen)}"
+    text = f"For a fit: {chosen.settings}: {seconds_text(chosen.seconds)}, largest error {_largest(chosen)}"
     if chosen.settings == found.default:
         return f"{text}; these are the defaults of fit."
     own = next(p for p in found.points if p.settings == found.default)
     how = "" if own.converged else f" and is {own.status.replace('_', ' ')}"
-    return f"{text}; the default, {own.settings}, takes {seconds_text(own.seconds)} with a {_said(own)}{how}."
+    return f"{text}; the default, {own.settings}, takes {seconds_text(own.seconds)} and errs by {_largest(own)}{how}."
 
 
-def _said(point: FitPoint) -> str:
-    return f"largest error {point.largest:.2g} of the bounds ({point.worst.name})"
+def _largest(point: FitPoint) -> str:
+    return f"{point.largest:.2g} of the bounds ({point.worst.name})"

@@ -95,7 +95,7 @@ def start_values(scene: Scene, unknowns: tuple[Unknown, ...], start: Mapping[str
         at_the_end_of_a_log = u.row.scale != "interval" and value == u.row.lowest
         if not low - slack <= value <= high + slack and not at_the_end_of_a_log:
             raise FitError(f"start: {u.name} = {value:g} is outside its bounds {low:g} to {high:g}; start inside, or widen them "
-                           f"with bounds={{{u.name!r}: (low, high)}} (on the command line --bounds {u.name}=LOW:HIGH)")
+                           f"with bounds={{{u.name!r}: (low, high)}} (diffwhitted fit --bounds {u.name}=LOW:HIGH)")
     return np.clip(values, *np.asarray([u.bounds for u in unknowns]).T)
 
 

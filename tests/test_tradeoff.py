@@ -14,7 +14,9 @@ from diffwhitted._choose import spread_pixels
 from diffwhitted._reference import reference, rmse
 from diffwhitted._survey import cheapest, front, survey
 from diffwhitted._tracer import Tracer
+from fitting._fit_knobs import FIT_KNOBS
 from fitting._tradeoff import CONVERGED, Point, Tradeoff, bound_text, bound_value, recommendation, sentences
+from fitting._tradeoff_fit import tradeoff_of_fits
 from fitting.command_line import main
 from fitting.command_line._accuracy import tolerance_number
 
@@ -66,7 +68,7 @@ normal = [0, 1, 0]
 offset = -1
 material = "floor"
 """
-FILES = {"tradeoff.json", "tradeoff.csv", "tradeoff.png", "tradeoff.html"}
+FILES = {"tradeoff.json", "tradeoff.csv", "tradeoff.png", "tradeoff-fit.csv", "tradeoff-fit.png", "tradeoff.html"}
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +99,11 @@ def folder(tmp_path_factory):
     (folder / "scene.toml").write_text(SCENE)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
-        assert main(["tradeoff", str(folder / "scene.toml"), "--out", str(folder / "out"), "--tolerance", "1/50"]) == 0
+        few = [dataclasses.replace(knob, sweep={"depth": (1, 2), "footprint": (0, 1)}.get(knob.name, knob.sweep[:1])) for knob in FIT_KNOBS]
+        patch.setitem(tradeoff_of_fits.__kwdefaults__, "knobs", few)
+        patch.setitem(tradeoff_of_fits.__kwdefaults__, "combinations", ())
+        arguments = ["--out", str(folder / "out"), "--tolerance", "1/50", "--free", "mirror.k_[as]", "--free", "floor.k_s"]
+        assert main(["tradeoff", str(folder / "scene.toml"), *arguments]) == 0
     yield folder
     jax.config.update("jax_compilation_cache_dir", None)
 
@@ -308,6 +314,23 @@ def test_the_command_leaves_files_that_can_be_read(folder):
     assert (folder / "out/tradeoff.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_fits_are_in_the_files_too(folder):
+    found = json.loads((folder / "out/tradeoff.json").read_text())["fit"]
+    rows = list(csv.DictReader((folder / "out/tradeoff-fit.csv").read_text().splitlines()))
+    points = {point["text"]: point for point in found["points"]}
+    assert set(points) == {"depth 1, 1 point", "depth 2, 1 point", "depth 2, footprint 1"} and len(rows) == 3
+    assert found["truth"] == pytest.approx({"mirror.k_a": 0.1, "mirror.k_s": 0.8, "floor.k_s": 0.4})
+    assert list(found["start"].values()) == pytest.approx([0.5, 0.5, 0.5])
+    for row, point in zip(rows, found["points"], strict=True):
+        errors = {name: abs(c["value"] - found["truth"][name]) for name, c in point["coefficients"].items()}
+        assert {name: float(row[f"{name} error"]) for name in errors} == pytest.approx(errors)
+        assert point["largest"] == pytest.approx(max(errors.values()), abs=1e-6) and row["largest_of"] == max(errors, key=errors.get)
+    assert points["depth 2, footprint 1"]["largest"] < points["depth 2, 1 point"]["largest"]
+    page = (folder / "out/tradeoff.html").read_text()
+    assert found["sentence"] in page and page.count("<svg") == 2
+    assert (folder / "out/tradeoff-fit.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_render_remembers_what_it_found(folder, monkeypatch, capsys):
     monkeypatch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
     arguments = ["render", str(folder / "scene.toml"), "-o", str(folder / "a.exr"), "--tolerance", "1/20"]
@@ -329,6 +352,9 @@ def test_a_choice_that_cannot_be_kept_is_made_all_the_same(folder, tmp_path, mon
 @pytest.mark.parametrize("arguments, message", [
     (["tradeoff", "--tolerance", "0"], "--tolerance 0: allowed is a number above 0, or a fraction such as 1/255"),
     (["tradeoff", "--tolerance", "1/0"], "--tolerance 1/0: allowed"), (["tradeoff", "--camera", "side"], "--camera side: there is no such camera"),
+    (["tradeoff", "--free", "mirror.k_x", "--out", "new"], "'mirror.k_x' matches no coefficient"),
+    (["tradeoff", "--start", "mirror.k_s=0.2"], "--start without --free"),
+    (["tradeoff", "--free", "mirror.k_s", "--start", "mirror.k_s=2"], "outside its bounds 0 to 1"),
     (["tradeoff", "--out", "scene.toml"], "cannot write scene.toml"), (["render", "-o", "a.exr", "--tolerance", "x"], "--tolerance x: allowed"),
     (["render", "-o", "a.exr", "--tolerance", "1/9", "--time-budget", "1"], "one of the two"),
     (["render", "-o", "a.exr", "--time-budget", "nan"], "--time-budget nan: allowed"),
@@ -338,6 +364,7 @@ def test_bad_input_is_one_message(folder, monkeypatch, capsys, arguments, messag
     assert main([arguments[0], "scene.toml", *arguments[1:]]) == 2
     error = capsys.readouterr().err
     assert message in error and error.count("\n") == 1 and error.startswith("error: ")
+    assert not (folder / "new").exists()
 
 
 @pytest.mark.parametrize("text, value", [("1/255", 1 / 255), ("0.004", 0.004), ("1e-3", 1e-3), (" 1 / 64", 1 / 64)])
