@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ._tradeoff import COMBINATION, tolerance_text
+from ._tradeoff import COMBINATION, steps_that_count, tolerance_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,7 +52,7 @@ def error_figure(marks: Sequence[Mark], knobs: Sequence, words: Words, *, tolera
 
     - `knobs`: rows of a table, each with `name` and `sweep`.
     - `tolerance`: a line across; `best`: ringed, its name bold.
-    - `named`: named first, after `best`; then the front, where there is room.
+    - `named`: named first, after `best`; then the steps of the front, where there is room.
     - `idle`: crossed out in grey, since nobody would use them.
     """
     from matplotlib.figure import Figure
@@ -80,7 +80,7 @@ def error_figure(marks: Sequence[Mark], knobs: Sequence, words: Words, *, tolera
     axes.margins(0.1, 0.12)
     figure.draw_without_rendering()
     chosen = [mark for mark in (best, *named, *front[-1:], *front[:1]) if mark is not None]
-    _label(axes, list(dict.fromkeys((*chosen, *front)))[:MOST_LABELS], best, words.ink)
+    _label(axes, list(dict.fromkeys((*chosen, *steps_that_count(front, lambda m: m.error))))[:MOST_LABELS], best, words.ink)
     if best is not None:
         axes.plot([best.seconds], [best.error], "o", color=words.ink, markersize=11, markerfacecolor="none", markeredgewidth=1.8)
     return figure

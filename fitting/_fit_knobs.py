@@ -46,7 +46,7 @@ FIT_KNOBS: tuple[FitKnob, ...] = (
 
 COMBINATIONS: tuple[dict[str, Any], ...] = (
     {"depth": 3, "footprint": 1}, {"depth": 8, "footprint": 1}, {"depth": 12, "footprint": 1},
-    {"depth": 12, "cutoff": 1 / 64, "footprint": 1}, {"depth": 8, "footprint": 2}, {"depth": 12, "footprint": 2},
+    {"depth": 8, "footprint": 2}, {"depth": 12, "footprint": 2},
 )
 """What is measured beside the sweeps: a smaller depth with a footprint, and more of all."""
 

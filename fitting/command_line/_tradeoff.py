@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from diffwhitted import Camera, Scene
     from fitting._tradeoff import Point, Tradeoff
-    from fitting._tradeoff_fit import FitTradeoff
+    from fitting._tradeoff_fit import FitPoint, FitTradeoff
 
 Out = Annotated[Path | None, typer.Option(
     "--out", "-o", metavar="DIR", show_default=False, help="Folder for tradeoff.html, tradeoff.png, tradeoff.csv and tradeoff.json, and of fits "
@@ -132,24 +132,18 @@ def print_tradeoff(found: Tradeoff, title: str) -> None:
     from rich.console import Console
 
     console = Console(highlight=False)
-    console.print(f"{title}; medians of {found.rounds} runs, {found.seconds_compile:.0f} s of compiling", markup=False)
-    console.print()
-    console.print(_table(found))
+    print(textwrap.fill(f"{title}; medians of {found.rounds} runs, {found.seconds_compile:.0f} s of compiling", 80))
+    console.print("", _table(found), sep="\n")
     hidden = len(found.points) - len(_shown(found))
     console.print(f"\n{hidden} more settings were measured: beaten by one of these, or better by less than a fifth.", markup=False)
 
 
 def _shown(found: Tradeoff) -> list[Point]:
     """The front in steps that count, the settings of the scene and the recommended ones."""
-    from fitting._tradeoff import STEP
+    from fitting._tradeoff import steps_that_count
 
-    shown, last = [], float("inf")
-    for point in found.points:
-        step = point.on_front and point.rmse <= STEP * last
-        if step or point is found.recommended or point.settings == found.asked:
-            shown.append(point)
-            last = min(last, point.rmse)
-    return shown
+    steps = steps_that_count([p for p in found.points if p.on_front], lambda p: p.rmse)
+    return [p for p in found.points if p in steps or p is found.recommended or p.settings == found.asked]
 
 
 def _table(found: Tradeoff) -> Table:
@@ -175,15 +169,23 @@ def print_fits(found: FitTradeoff) -> None:
 
     from ._explain import plain_table
 
-    console = Console(highlight=False)
-    console.print(f"Fits of {', '.join(found.start)}; medians of {found.rounds} runs, {found.seconds_compile:.0f} s of compiling\n", markup=False)
-    table = plain_table("", "settings", "time", "steps", "largest error,\nof the bounds", "of")
-    for column in table.columns[2:5]:
+    print(textwrap.fill(f"Fits of {', '.join(found.start)}; medians of {found.rounds} runs, {found.seconds_compile:.0f} s of compiling", 80))
+    table = plain_table("", "settings", "time", "steps", "largest\nerror", "of", "intervals\nhold")
+    for column in (*table.columns[2:5], table.columns[6]):
         column.justify = "right"
-    shown = [p for p in found.points if p.on_front or p is found.recommended or p.settings == found.default]
-    for point in shown:
-        mark = ">" if point is found.recommended else ""
-        table.add_row(mark, str(point.settings), seconds_text(point.seconds), str(point.steps), f"{point.largest:.2g}", point.worst.name)
-    console.print(table)
+    shown = _shown_fits(found)
+    for p in shown:
+        mark = ">" if p is found.recommended else ""
+        table.add_row(mark, str(p.settings), seconds_text(p.seconds), str(p.steps), f"{p.largest:.2g}", p.worst.name, f"{p.covered} of {len(p.coefficients)}")
+    console = Console(highlight=False)
+    console.print("", table, sep="\n")
     if hidden := len(found.points) - len(shown):
-        console.print(f"\n{hidden} more fits were measured: beaten by one of these, or without an answer.", markup=False)
+        print("\n" + textwrap.fill(f"{hidden} more fits were measured: beaten by one of these, better by less than a fifth, or without an answer.", 80))
+
+
+def _shown_fits(found: FitTradeoff) -> list[FitPoint]:
+    """The front in steps that count, the defaults and the recommended ones."""
+    from fitting._tradeoff import steps_that_count
+
+    steps = steps_that_count([p for p in found.points if p.on_front], lambda p: p.largest)
+    return [p for p in found.points if p in steps or p is found.recommended or p.settings == found.default]
