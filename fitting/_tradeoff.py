@@ -225,7 +225,7 @@ def bound_value(bound: float | None) -> float | str | None:
 
 
 def bound_text(bound: float | None) -> str:
-    return "not bounded" if bound is None else "infinite" if bound == np.inf else f"{bound:.2g}"
+    return "not bounded" if bound is None else "infinite" if bound == np.inf else f"{bound:.0f}" if 10 <= bound < 1e5 else f"{bound:.2g}"
 
 
 def seconds_text(seconds: float) -> str:

@@ -170,17 +170,19 @@ def print_fits(found: FitTradeoff) -> None:
     from ._explain import plain_table
 
     print(textwrap.fill(f"Fits of {', '.join(found.start)}; medians of {found.rounds} runs, {found.seconds_compile:.0f} s of compiling", 80))
-    table = plain_table("", "settings", "time", "steps", "largest\nerror", "of", "intervals\nhold")
+    table = plain_table("", "settings", "time", "steps", "largest\nerror", "of", "intervals\nthat hold")
     for column in (*table.columns[2:5], table.columns[6]):
         column.justify = "right"
     shown = _shown_fits(found)
     for p in shown:
         mark = ">" if p is found.recommended else ""
-        table.add_row(mark, str(p.settings), seconds_text(p.seconds), str(p.steps), f"{p.largest:.2g}", p.worst.name, f"{p.covered} of {len(p.coefficients)}")
+        figures = str(p.steps), f"{p.largest:.2g}", p.worst.name, f"{p.covered} of {len(p.coefficients)}"
+        table.add_row(mark, str(p.settings), seconds_text(p.seconds), *figures)
     console = Console(highlight=False)
     console.print("", table, sep="\n")
     if hidden := len(found.points) - len(shown):
-        print("\n" + textwrap.fill(f"{hidden} more fits were measured: beaten by one of these, better by less than a fifth, or without an answer.", 80))
+        text = f"{hidden} more fits were measured: beaten by one of these, better by less than a fifth, or without an answer."
+        print("\n" + textwrap.fill(text, 80))
 
 
 def _shown_fits(found: FitTradeoff) -> list[FitPoint]:
