@@ -69,7 +69,8 @@ def error_figure(marks: Sequence[Mark], knobs: Sequence, words: Words, *, tolera
             axes.plot(*_places(line), color=_COLOURS[number % len(_COLOURS)], linewidth=1.3, marker=_MARKERS[number % len(_MARKERS)],
                       markersize=4.5, label=f"{knob.name}: {_range(line, knob.name)}")
     rest = [m for m in marks if COMBINATION in m.sweeps]
-    axes.plot(*_places(rest), "x", color=words.ink, markersize=5, label="combinations")
+    if rest:
+        axes.plot(*_places(rest), "x", color=words.ink, markersize=5, label="combinations")
     if idle:
         axes.plot(*_places(idle), "X", color=words.muted, markersize=9, label="did not converge, or not all is determined")
     if tolerance is not None:

@@ -228,7 +228,7 @@ def recommendation(found: FitTradeoff) -> str:
     if chosen.settings == found.default:
         return f"{text}; these are the defaults of fit."
     own = next(p for p in found.points if p.settings == found.default)
-    how = "" if own.converged else f" and is {own.status.replace('_', ' ')}"
+    how = "" if own.converged else f", and says itself that it is {own.status.replace('_', ' ')}"
     return f"{text}; the default, {own.settings}, takes {seconds_text(own.seconds)} and errs by {_largest(own)}{how}."
 
 

@@ -99,7 +99,7 @@ def folder(tmp_path_factory):
     (folder / "scene.toml").write_text(SCENE)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
-        few = [dataclasses.replace(knob, sweep={"depth": (2,), "footprint": (0, 1)}.get(knob.name, knob.sweep[:1])) for knob in FIT_KNOBS]
+        few = [dataclasses.replace(knob, sweep={"depth": (2,), "samples": (1, 3)}.get(knob.name, knob.sweep[:1])) for knob in FIT_KNOBS]
         patch.setitem(tradeoff_of_fits.__kwdefaults__, "knobs", few)
         patch.setitem(tradeoff_of_fits.__kwdefaults__, "combinations", ())
         arguments = ["--out", str(folder / "out"), "--tolerance", "1/50", "--free", "mirror.k_[as]", "--free", "floor.k_s"]
@@ -318,14 +318,14 @@ def test_fits_are_in_the_files_too(folder):
     found = json.loads((folder / "out/tradeoff.json").read_text())["fit"]
     rows = list(csv.DictReader((folder / "out/tradeoff-fit.csv").read_text().splitlines()))
     points = {point["text"]: point for point in found["points"]}
-    assert set(points) == {"depth 2, 1 point", "depth 2, footprint 1"} and len(rows) == 2
+    assert set(points) == {"depth 2, 1 point", "depth 2, 3 x 3 points"} and len(rows) == 2
     assert found["truth"] == pytest.approx({"mirror.k_a": 0.1, "mirror.k_s": 0.8, "floor.k_s": 0.4})
     assert list(found["start"].values()) == pytest.approx([0.5, 0.5, 0.5])
     for row, point in zip(rows, found["points"], strict=True):
         errors = {name: abs(c["value"] - found["truth"][name]) for name, c in point["coefficients"].items()}
         assert {name: float(row[f"{name} error"]) for name in errors} == pytest.approx(errors)
         assert point["largest"] == pytest.approx(max(errors.values()), abs=1e-6) and row["largest_of"] == max(errors, key=errors.get)
-    assert points["depth 2, footprint 1"]["largest"] < points["depth 2, 1 point"]["largest"]
+    assert points["depth 2, 3 x 3 points"]["largest"] < points["depth 2, 1 point"]["largest"]
     page = (folder / "out/tradeoff.html").read_text()
     assert found["sentence"] in page and page.count("<svg") == 2
     assert (folder / "out/tradeoff-fit.png").read_bytes().startswith(b"\x89PNG")
