@@ -18,9 +18,9 @@ from ._bound import Bounded, render_with_bound
 from ._choose import Choice, Measured, choose, measure
 from ._derivative import Derivative, derivative
 from ._errors import CapacityError, InputError, SceneError
-from ._explain import Explanation, explain
 from ._knobs import KNOBS, Knob, Settings
 from ._render import plan, render
+from .cost import Explanation, RayMaps, explain, ray_maps
 from .formats import load_scene, parse_scene, save_scene, scene_schema
 from .image import read_image, write_image
 from .scene import (
@@ -44,8 +44,8 @@ from .tree import Effects, Plan, decide_effects
 __all__ = [
     "Antialiased", "Bounded", "COEFFICIENTS", "Camera", "CapacityError", "Checker", "Choice", "ConstantBackground",
     "Derivative", "DirectionalLight", "Effects", "Explanation", "GradientBackground", "InputError", "KNOBS", "Knob",
-    "Material", "Measured", "Plan", "Plane", "PointLight", "Polygon", "Scene", "SceneError", "Settings", "Sphere",
+    "Material", "Measured", "Plan", "Plane", "PointLight", "Polygon", "RayMaps", "Scene", "SceneError", "Settings", "Sphere",
     "antialias", "choose", "coefficient_value", "decide_effects", "derivative", "explain", "load_scene", "measure",
-    "parse_scene", "plan", "read_image", "render", "render_with_bound", "replace_coefficient", "save_scene",
+    "parse_scene", "plan", "ray_maps", "read_image", "render", "render_with_bound", "replace_coefficient", "save_scene",
     "scene_schema", "write_image",
 ]

@@ -111,8 +111,7 @@ def _check(plan: Plan, scene: Scene, camera: Camera, traced: bool):
         raise SceneError(f"plan: {wrong}; make one with diffwhitted.plan(scene, camera){advice}")
 
 
-@eqx.filter_jit
-def trace_pass(scene: Scene, camera: Camera, plan: Plan, number: Int[Array, ""], samples: int = 1, beyond: Beyond | None = None):
+def trace_samples(scene: Scene, camera: Camera, plan: Plan, number: Int[Array, ""], samples: int = 1, beyond: Beyond | None = None):
     """One pass of the picture, (3, plan.pass_pixels), and for each sample how many rays other than camera rays it takes.
 
     With `beyond` there are three more channels: the most light that the branches that were not followed could bring.
@@ -126,6 +125,9 @@ def trace_pass(scene: Scene, camera: Camera, plan: Plan, number: Int[Array, ""],
 
     film, needed = jax.lax.map(one_sample, sample_places(plan.footprint or samples, scene.dtype))
     return film.mean(axis=0), needed
+
+
+trace_pass = eqx.filter_jit(trace_samples)
 
 
 @eqx.filter_jit

@@ -5,11 +5,11 @@ from ._effects import EFFECT_NAMES, Decision, Effects, decide_effects
 from ._plan import Plan, likely_room, make_plan
 from ._record import Nodes, Record, record
 from ._replay import replay, trace, trace_beside_small, trace_left_out
-from ._samples import Samples, grid, sample_places
+from ._samples import Samples, grid, pixel_of, sample_places
 from ._truncation import Beyond
 
 __all__ = [
     "BRANCH_NAMES", "Beyond", "EFFECT_NAMES", "Decision", "Effects", "Nodes", "Plan", "Record", "Samples",
-    "decide_effects", "grid", "likely_room", "make_plan", "record", "replay", "sample_places", "trace", "trace_beside_small",
-    "trace_left_out",
+    "decide_effects", "grid", "likely_room", "make_plan", "pixel_of", "record", "replay", "sample_places", "trace",
+    "trace_beside_small", "trace_left_out",
 ]

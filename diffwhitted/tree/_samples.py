@@ -24,12 +24,16 @@ def grid(plan: Plan, camera: Camera, number: Int[Array, ""], place: Float[Array,
     """The regular samples of pass `number`: one a pixel, at `place` (column, row; 0.5, 0.5 the centre) inside it.
 
     `side` of the square that each stands for, in pixels; without it, that of the plan's footprint.
-    Pass p of n holds the pixels p, p + n, p + 2 n, ... (see `image.dealt`).
     """
-    pixel = number + plan.passes * jnp.arange(plan.pass_pixels, dtype=jnp.int32)
+    pixel = pixel_of(plan, number, jnp.arange(plan.pass_pixels, dtype=jnp.int32))
     last = camera.width * camera.height - 1
     column, row = camera.place(jnp.minimum(pixel, last), place)
     return Samples(column, row, pixel <= last, jnp.asarray(1 / max(plan.footprint, 1) if side is None else side, column.dtype))
+
+
+def pixel_of(plan: Plan, number, sample):
+    """The pixel, counted row by row, of a sample of pass `number`: pass p of n holds the pixels p, p + n, p + 2 n, ... (see `image.dealt`)."""
+    return number + plan.passes * sample
 
 
 def sample_places(side: int, dtype) -> Float[Array, "samples 2"]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from itertools import zip_longest
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -15,26 +17,33 @@ from ._progress import Progress
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from diffwhitted import Explanation, Scene
-    from diffwhitted._explain import RayCounts
+    from diffwhitted import Camera, Explanation, Scene
+    from diffwhitted.cost import PictureCost, RayCounts
+
+DRAWINGS = (".png", ".svg", ".pdf")
 
 Free = Annotated[list[str] | None, typer.Option(
     "--free", metavar="NAME", show_default=False,
     help='Coefficient that a fit leaves free, so that its effect stays on at 0. Wildcards in quotes: "*.k_s".')]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON in place of the tables.")]
 Measure = Annotated[bool, typer.Option(
-    "--measure/--no-measure", help="Measure each effect's share of the time; takes some seconds for each effect that is on.")]
+    "--measure/--no-measure", help="Measure what each effect costs; takes some seconds for each effect that is on.")]
+Maps = Annotated[Path | None, typer.Option(
+    "--maps", metavar="IMAGE", show_default=False,
+    help="Draw the picture with the rays, the depth and the antialiasing squares of each pixel: a PNG, SVG or PDF file.")]
 
 
 def explain(
     scene: ScenePath, camera: CameraName = None, free: Free = None, depth: Depth = None, width: Width = None,
-    height: Height = None, json: Json = False, measure: Measure = True,
+    height: Height = None, json: Json = False, measure: Measure = True, maps: Maps = None,
 ) -> None:
     """Say which effects a scene calls for, why, what each costs, and which rays there are.
 
     \b
     What would a fit of all mirrors and glass cost?
       diffwhitted explain scene.toml --free "*.k_s" "*.k_t"
+    Where in the picture are the rays?
+      diffwhitted explain scene.toml --no-measure --maps rays.png
     """
     set_up()
     with Progress("reading") as progress:
@@ -44,15 +53,37 @@ def explain(
         loaded = load_scene(scene)
         name, view = chosen_camera(loaded, camera)
         names = _free_names(loaded, free or [])
+        if maps is not None:
+            check_drawing(maps)
         progress.say("counting rays")
         explanation = find_out(loaded, view.resized(width, height), free=names, max_depth=depth, measure=measure,
-                               on_measure=lambda effect: progress.say(f"compiling the picture without {_words(effect)}"))
+                               on_measure=lambda part: progress.say(f"measuring {part}"))
+        if maps is not None:
+            progress.say("drawing the maps")
+            draw_maps(loaded, view.resized(width, height), depth, maps)
     if json:
         from json import dumps
 
         print(dumps({"scene": str(scene), "camera": name, "free": list(names)} | explanation.to_json(), indent=2, allow_nan=False))
     else:
         print_explanation(explanation, f"{scene}, camera {name}")
+
+
+def check_drawing(path: Path) -> None:
+    """Raise `OutputError` before any work where no drawing can be written."""
+    from fitting._outputs import OutputError
+
+    if path.suffix.lower() not in DRAWINGS:
+        raise OutputError(f"cannot write the extension {path.suffix!r} of {path}; allowed is {', '.join(DRAWINGS)}")
+    if not path.absolute().parent.is_dir():
+        raise OutputError(f"cannot write {path}: the folder {path.parent} does not exist")
+
+
+def draw_maps(scene: Scene, camera: Camera, depth: int | None, path: Path) -> None:
+    from diffwhitted import ray_maps, render
+    from fitting._maps_plot import write_maps
+
+    write_maps(ray_maps(scene, camera, max_depth=depth), render(scene, camera, max_depth=depth), path)
 
 
 def _free_names(scene: Scene, patterns: list[str]) -> tuple[str, ...]:
@@ -73,9 +104,9 @@ def print_explanation(explanation: Explanation, title: str) -> None:
     if cut := sum(rays.cut_off.values()):
         sentences.append(f"{cut:,} more lie past depth {explanation.max_depth} and bring no light; a larger --depth follows them.")
     console.print(f"{title}: {explanation.width} x {explanation.height} pixels, depth {explanation.max_depth}", markup=False)
-    if explanation.seconds is not None:
-        console.print(f"{1000 * explanation.seconds:.3g} ms a picture; the share of an effect is what the picture gains without it")
-    for part in (_effect_table(explanation), _ray_table(explanation.rays), " ".join(sentences)):
+    cost = explanation.cost
+    costs = (_cost_table(explanation), _about_cost(cost)) if cost is not None else ()
+    for part in (_effect_table(explanation), *costs, _ray_table(explanation.rays), " ".join(sentences)):
         console.print()
         console.print(part)
 
@@ -83,14 +114,29 @@ def print_explanation(explanation: Explanation, title: str) -> None:
 def _effect_table(explanation: Explanation) -> Table:
     from rich.text import Text
 
-    measured = explanation.seconds is not None
-    table = plain_table("effect", "", *(["share"] if measured else []), "why")
+    table = plain_table("effect", "", "why")
     for effect in explanation.effects:
-        share = "" if effect.share is None else "below noise" if effect.below_noise else f"{effect.share:.0%}"
-        table.add_row(_words(effect.name), "on" if effect.on else "off", *([share] if measured else []), Text(effect.why))
-    if measured:
-        table.columns[2].justify = "right"
+        table.add_row(_words(effect.name), "on" if effect.on else "off", Text(effect.why))
     return table
+
+
+def _cost_table(explanation: Explanation) -> Table:
+    """What the picture gains without each effect, the dearest first."""
+    table = plain_table("without", "time", "compile", "rays")
+    for column in table.columns[1:]:
+        column.justify = "right"
+    table.add_row("(the picture)", f"{1000 * explanation.cost.seconds:.3g} ms", f"{explanation.cost.seconds_compile:.2g} s", f"{explanation.rays.total:,}")
+    measured = [(effect.name, effect.cost) for effect in explanation.effects if effect.cost is not None]
+    for name, cost in sorted(measured, key=lambda pair: -pair[1].share):
+        table.add_row(_words(name), "below noise" if cost.below_noise else f"{-cost.share:+.0%}", f"{-cost.compile_share:+.0%}",
+                      f"{-cost.rays:+,}" if cost.rays else "")
+    return table
+
+
+def _about_cost(cost: PictureCost) -> str:
+    parts = ", ".join(f"{name} {share:.0%}" for name, share in asdict(cost.work).items())
+    return (f"Of the time: {parts}. Overhead is the way along known rays, intersection the search for what rays and shadow rays "
+            "meet, shading the light. What two effects share counts in both.")
 
 
 def _ray_table(rays: RayCounts) -> Table:

@@ -1,0 +1,95 @@
+"""What each effect costs: the same picture without it, compiled and run in turns with all others."""
+
+from collections.abc import Callable, Collection
+from dataclasses import asdict, dataclass, replace
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from .._render import trace_samples
+from ..scene import Camera, ConstantBackground, GradientBackground, PointLight, Scene
+from ..tree import Plan
+from ._programs import Program, compiled, share_without, timed
+from ._work import Work, work_programs
+
+
+@dataclass(frozen=True)
+class EffectCost:
+    """What a picture gains without one effect; what is below 0 costs more without it.
+
+    Shares overlap, so they need not add up to 1: without refraction there is no total reflection either.
+    """
+
+    share: float
+    """1 - (time without it) / (time with it)."""
+    below_noise: bool
+    """The share cannot be told from nothing."""
+    compile_share: float
+    """The same of the time to compile, from one run."""
+    rays: int
+    """Of those of `RayCounts` without shadow rays; with an effect that bends or ends no ray it is 0."""
+
+
+@dataclass(frozen=True)
+class PictureCost:
+    """What a picture costs, in all and by its effects."""
+
+    seconds: float
+    """To trace it once, compiled: the median of some runs."""
+    seconds_compile: float
+    effects: dict[str, EffectCost]
+    work: Work
+
+
+def picture_cost(scene: Scene, camera: Camera, plan: Plan, on: Collection[str], say: Callable[[str], None]) -> PictureCost:
+    """Measure the picture, the picture without each effect of `on`, and the parts of its work."""
+    say("the whole picture")
+    _picture(scene, camera, plan)  # what JAX traces and compiles for all of them is there from now on
+    pictures = {"": _picture(scene, camera, plan)}
+    for name in on:
+        say(f"the picture without {name.replace('_', ' ')}")
+        changed, cut = _without(scene, plan, name)
+        pictures[name] = _picture(changed, camera, cut)
+    rays = {name: _descendants(program) for name, program in pictures.items()}
+    say("its parts")
+    seconds = timed(pictures | work_programs(scene, camera, plan))
+    whole, search, walk = (seconds.pop(name) for name in ("", "search", "walk"))
+    effects = {name: EffectCost(*share_without(whole, less), 1 - pictures[name].seconds_compile / pictures[""].seconds_compile, rays[""] - rays[name])
+               for name, less in seconds.items()}
+    overhead, shading = float(np.median(walk / whole)), share_without(whole, search)[0]
+    return PictureCost(float(np.median(whole)), pictures[""].seconds_compile, effects, Work(overhead, 1 - overhead - shading, shading))
+
+
+def _picture(scene: Scene, camera: Camera, plan: Plan) -> Program:
+    """One sample a pixel as `render` traces it, with room for its rays."""
+    while True:
+        inputs = [(scene, number) for number in jnp.arange(plan.passes, dtype=jnp.int32)]
+        program = compiled(lambda given, plan=plan: trace_samples(given[0], camera, plan, given[1], 1), inputs)
+        needed = max(int(descendants.max()) for _, descendants in program.run())
+        if needed <= plan.capacity:
+            return program
+        plan = plan.with_capacity(2 * needed)
+
+
+def _descendants(program: Program) -> int:
+    return sum(int(np.asarray(descendants, np.int64).sum()) for _, descendants in program.run())
+
+
+def _without(scene: Scene, plan: Plan, effect: str) -> tuple[Scene, Plan]:
+    """Scene and plan with one effect switched off, and with it those that cannot do without."""
+    on = asdict(plan.effects) | {effect: False}
+    lit, branching = on["diffuse"] or on["highlight"], on["reflection"] or on["refraction"]
+    needs = {"shadows": lit, "attenuation": lit, "total_internal_reflection": on["refraction"], "nested_media": on["refraction"],
+             "cutoff": branching}
+    on |= {name: on[name] and need for name, need in needs.items()}
+    on["tinted_shadows"] = on["tinted_shadows"] and on["shadows"]
+    if not on["attenuation"]:
+        bare = [PointLight(p.position, p.colour) if isinstance(p, PointLight) else p for p in scene.lights]
+        scene = eqx.tree_at(lambda s: s.lights, scene, tuple(bare))
+    if not on["background_gradient"] and isinstance(scene.background, GradientBackground):
+        scene = eqx.tree_at(lambda s: s.background, scene, ConstantBackground(scene.background.top))
+    mirrors = tuple(m and on["reflection"] for m in plan.mirrors)
+    effects, footprint = replace(plan.effects, **on), plan.footprint if on["footprint"] else 0
+    capacity = plan.capacity if branching or footprint else 0
+    return scene, replace(plan, effects=effects, mirrors=mirrors, footprint=footprint, capacity=capacity)

@@ -1,0 +1,45 @@
+"""What goes into a picture: overhead, intersection, shading, as Whitted breaks it down (Whitted 1980, section 4)."""
+
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from ..scene import Camera, Scene, tabulate
+from ..tree import Plan, grid, record, replay
+from ._programs import Program, compiled
+
+
+@dataclass(frozen=True)
+class Work:
+    """Parts of the time of a picture, which add up to 1; one that is below 0 cannot be told from nothing.
+
+    Whitted's picture of few objects took 0.13, 0.75 and 0.12, those of many more than 0.95 in the search.
+    """
+
+    overhead: float
+    """To set out along rays that are known, to place the points and normals where they end, to keep the tree."""
+    intersection: float
+    """To search for the surface that each ray meets, and for what stands between points and lights."""
+    shading: float
+    """To compute and to add up the light."""
+
+
+def work_programs(scene: Scene, camera: Camera, plan: Plan) -> dict[str, Program]:
+    """Two parts of the picture as programs: the search and all that it needs, and the way along known rays alone."""
+    place = jnp.full(2, 0.5, scene.dtype)
+    numbers = list(jnp.arange(plan.passes, dtype=jnp.int32))
+
+    def search(given):
+        scene, number = given
+        return record(tabulate(scene), camera, plan, grid(plan, camera, number, place))
+
+    searching = compiled(search, [(scene, number) for number in numbers])
+
+    def walk(given):
+        scene, number, tree = given
+        points = replay(tabulate(scene), camera, tree, plan, grid(plan, camera, number, place), lambda tables, plan, nodes, at, needed: at.point)
+        return points.stacked(axis=0)
+
+    return {"search": searching, "walk": compiled(walk, [(scene, number, tree) for number, tree in zip(numbers, searching.run(), strict=True)])}
