@@ -301,9 +301,17 @@ def test_explain_measures_each_effect_that_is_on(place, capsys):
     (place / "plain.toml").write_text(SCENE.replace("[scene]", '[scene]\nshadows = "off"\nambient = [0, 0, 0]').replace("k_h = 0.3", "k_h = 0"))
     assert main(["explain", "plain.toml", "--json"]) == 0
     explained = json.loads(capsys.readouterr().out)
-    assert explained["seconds"] > 0
+    cost = explained["cost"]
+    assert cost["seconds"] > 0 and cost["seconds_compile"] > 0 and sum(cost["work"].values()) == pytest.approx(1)
     for effect in explained["effects"]:
-        assert (effect["share"] is not None) == effect["on"] == (effect["name"] == "diffuse")
+        assert (effect["cost"] is not None) == effect["on"] == (effect["name"] == "diffuse")
+
+
+def test_explain_draws_where_the_rays_are(place, capsys):
+    assert main(["explain", "scene.toml", "--no-measure", "--maps", "maps.png"]) == 0
+    assert diffwhitted.read_image(place / "maps.png").pixels.std() > 0.05
+    assert main(["explain", "scene.toml", "--no-measure", "--maps", "maps.doc"]) == 2
+    assert "'.doc'" in capsys.readouterr().err and not (place / "maps.doc").exists()
 
 
 def test_schema(capsys):

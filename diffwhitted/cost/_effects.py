@@ -26,7 +26,7 @@ class EffectCost:
     below_noise: bool
     """The share cannot be told from nothing."""
     compile_share: float
-    """The same of the time to compile, from one run."""
+    """The same of the processor time to compile, from one run."""
     rays: int
     """Of those of `RayCounts` without shadow rays; with an effect that bends or ends no ray it is 0."""
 
@@ -38,6 +38,7 @@ class PictureCost:
     seconds: float
     """To trace it once, compiled: the median of some runs."""
     seconds_compile: float
+    """Processor seconds."""
     effects: dict[str, EffectCost]
     work: Work
 

@@ -29,7 +29,7 @@ class Program:
     run_pass: Callable[[Any], Any]
     inputs: list
     seconds_compile: float
-    """To trace the Python code and to compile what comes of it."""
+    """Processor seconds to trace the Python code and to compile what comes of it."""
 
     def run(self) -> list:
         """All passes, side by side as `render` runs them."""
@@ -44,10 +44,10 @@ def compiled(work: Callable, inputs: list) -> Program:
 
     # A program is known again by its name and its content.
     fresh.__name__ = f"measured_{next(_numbers)}"
-    begun = time.perf_counter()
+    begun = time.process_time()
     with _nothing_kept():
         program = eqx.filter_jit(fresh).lower(inputs[0]).compile()
-    return Program(program, inputs, time.perf_counter() - begun)
+    return Program(program, inputs, time.process_time() - begun)
 
 
 @contextmanager

@@ -1,0 +1,49 @@
+"""What `explain` says a picture costs: counts against what was traced, and each effect against the picture without it."""
+
+import functools
+
+import numpy as np
+import pytest
+
+import diffwhitted as dw
+from diffwhitted.cost._effects import picture_cost
+from diffwhitted.tree import make_plan
+
+SKY = (0.2, 0.4, 0.8)
+
+
+@functools.cache
+def scene():
+    """A mirror and a glass ball over a floor."""
+    objects = [dw.Sphere("ball", (0.7, 0, 0), 0.6, "glass"), dw.Sphere("mirror", (-0.7, 0, 0), 0.6, "mirror"), dw.Plane("ground", (0, 1, 0), -1, "floor")]
+    materials = {"glass": dw.Material(k_s=0.2, k_t=0.8, k_h=0, refractive_index=1.5), "mirror": dw.Material(k_s=0.9, k_h=0),
+                 "floor": dw.Material(k_d=0.6, k_h=0)}
+    return dw.Scene(objects=objects, materials=materials, lights=[dw.PointLight((2, 4, 3), 1)], background=dw.ConstantBackground(SKY), max_depth=4,
+                    cameras={"main": dw.Camera((0, 0.3, 4), (0, 0, 0), 45, 32, 24)})
+
+
+def test_maps_add_up_to_the_counts():
+    camera = scene().cameras["main"]
+    maps, counts = dw.ray_maps(scene(), camera), dw.explain(scene(), camera, measure=False).rays
+    assert maps.rays.shape == maps.depth.shape == maps.squares.shape == (24, 32)
+    assert maps.rays.sum() == counts.total and maps.rays.min() == 1
+    assert [(maps.depth >= level).sum() > 0 for level in range(1, 6)] == [True] * 4 + [False]
+    assert maps.depth.max() == len(counts.by_level)
+    np.testing.assert_array_equal(maps.squares, dw.antialias(scene(), camera, 0.1).squares)
+
+
+def test_maps_show_where_things_are():
+    """The sky is one ray, the mirror two where it shows the sky, and the middle of the glass a tree of all levels."""
+    maps = dw.ray_maps(scene(), scene().cameras["main"], max_depth=3)
+    assert maps.rays[1, 1] == maps.depth[1, 1] == 1
+    assert maps.rays[9, 8] == maps.depth[9, 8] == 2
+    assert maps.depth[12, 23] == 3 and maps.rays[12, 23] == 5  # the ray, its two children, and of the one inside two again
+
+
+def test_an_effect_is_measured_against_the_picture_without_it():
+    camera, said = scene().cameras["main"], []
+    cost = picture_cost(scene(), camera, make_plan(scene(), camera, capacity=5 * 32 * 24), ["refraction"], said.append)
+    counts = dw.explain(scene(), camera, measure=False).rays
+    assert cost.effects["refraction"].rays > counts.by_kind["transmitted"] and said[1] == "the picture without refraction"
+    assert cost.effects["refraction"].compile_share < 1 and cost.seconds > 0
+    assert cost.work.overhead + cost.work.intersection + cost.work.shading == pytest.approx(1) and 0 < cost.work.overhead < 1
