@@ -2,36 +2,29 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
 from scipy.stats import qmc
 
-from diffwhitted.image import dealt
-from diffwhitted.scene import Camera, Scene, depth_number, whole_number
-from diffwhitted.tree import Plan, decide_effects, likely_room, make_plan, sample_places
+from diffwhitted.scene import Scene, depth_number, whole_number
+from diffwhitted.tree import decide_effects, likely_room, make_plan, sample_places
 
 from ._bounds import Bounds
 from ._errors import FitError
-from ._outcome import outcome, rest_test, with_runs
-from ._problem import Part, Problem, finer, prepared
-from ._pyramid import blurs
-from ._rest import nearly
+from ._outcome import UNIT, outcome, with_runs
+from ._problem import Problem, any_moves, prepared
 from ._result import FitResult, FitStep
-from ._scan import best_of
-from ._solve import Solution, solve
+from ._stages import run, stages_of
 from ._target import Target, as_targets
 from ._unknowns import free_coefficients, list_unknowns, start_values
-
-UNIT = 0.01
-"""Unit of the residuals where no noise is given; it sets how bold the solver's first steps are."""
+from ._views import PART_PIXELS, view_of
 
 
 def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float] | None = None,
         bounds: Mapping[str, tuple[float, float]] | None = None, starts: int = 1, samples: int = 1,
         max_depth: int | None = None, footprint: int | None = None, max_steps: int = 100,
-        on_step: Callable[[FitStep], None] | None = None) -> FitResult:
+        coarse_to_fine: bool = True, on_step: Callable[[FitStep], None] | None = None) -> FitResult:
     """Find the free material coefficients that make the rendered scene equal the targets.
 
     - `targets`: a picture `(H, W, 3)` in linear Rec. 709 RGB, a `Target` (camera, mask, noise), a mapping from
@@ -41,6 +34,8 @@ def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float
     - `starts`: how many starting points to try: the one above, the middle of the bounds, then a Sobol
       sequence over the bounds. The best end is returned.
     - `samples`: n x n rays a pixel.
+    - `coarse_to_fine`: the first steps look at fewer samples of a large target (see `_stages`); `stages` of the result says
+      at how many, and what that took.
     - `footprint`: k x k trees a pixel whose rays average what they meet over their share of it. Without it that is
       the scene's, or `samples`, where a free coefficient moves rays: their derivative lies in the edges of the picture.
 
@@ -60,12 +55,12 @@ def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float
     unknowns = list_unknowns(scene, names, bounds)
     first = start_values(scene, unknowns, start)
     if footprint is None:
-        footprint = scene.footprint or (samples if _moves(unknowns) else 0)
+        footprint = scene.footprint or (samples if any_moves(unknowns) else 0)
     problem, scale = _build(scene, targets, names, unknowns, first, samples, max_depth, footprint)
-    at_rest = rest_test(scene, targets, unknowns, UNIT)
+    stages = stages_of(problem, targets, coarse_to_fine)
     seconds_compile, solutions = time.perf_counter() - begun, []
     for point in _starting_points(first, unknowns, starts):
-        solutions.append(_solved(problem, point, max_steps, at_rest, on_step, scale))
+        solutions.append(run(stages, point, max_steps, on_step, scale))
         if solutions[-1].interrupted:
             break
     best = min(solutions, key=lambda s: s.loss)
@@ -75,61 +70,20 @@ def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float
     return with_runs(result, solutions, seconds_compile)
 
 
-def _moves(unknowns) -> bool:
-    """Does any of the unknowns move rays?"""
-    return any(u.row.moves_rays for u in unknowns)
-
-
-def _solved(problem: Problem, point: np.ndarray, max_steps: int, at_rest, on_step, scale: float) -> Solution:
-    """One run of the solver from a starting point, where rays move from blurred to sharp residuals, and to four times as many trees."""
-    camera, history, begun = problem.views[0][0].camera, [], time.perf_counter()
-
-    def settled(values, factor, remainder, loss) -> bool:
-        return nearly(values, factor, remainder, problem.unknowns, 1e-4)
-
-    def seen(step: FitStep):
-        history.append(replace(step, step=len(history), seconds=time.perf_counter() - begun))
-        if on_step is not None:
-            on_step(history[-1])
-
-    levels = blurs(camera.width, camera.height) if _moves(problem.unknowns) else (0.0,)
-    if levels[0]:
-        point = best_of(problem, point, levels[0])
-    stages = [(problem, sigma) for sigma in levels]
-    if _moves(problem.unknowns) and problem.views[0][0].plan.footprint:
-        stages.append((finer(problem), 0.0))
-    for last, sigma in stages:
-        before = point
-        solution = solve(last, point, max_steps=max_steps, at_rest=settled if sigma else at_rest, on_step=seen,
-                         loss_scale=scale, sigma=sigma)
-        point = solution.values
-        if solution.interrupted:
-            break
-    shift = abs(point - before) if last is not problem else solution.shift
-    return replace(solution, history=tuple(history), seconds=time.perf_counter() - begun, shift=shift)
-
-
 def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, samples: int, max_depth, footprint: int):
     """The problem, and the number by which its mean square becomes the sum of squares; all programs are compiled."""
     total = float(sum(3 * (t.mask > 0).sum() for t in targets))
-    moving, places = _moves(unknowns), sample_places(footprint or samples, scene.dtype)
+    moving, places = any_moves(unknowns), sample_places(footprint or samples, scene.dtype)
     values, bounds = jnp.asarray(first, scene.dtype), Bounds(unknowns)
     views = []
     for target in targets:
         camera = scene.cameras[target.camera]
         weight = np.sqrt(target.mask) / (UNIT if target.noise is None else target.noise) / np.sqrt(total)
-        plan = make_plan(scene, camera, free=names, max_depth=max_depth, capacity=likely_room(camera), footprint=footprint)
-        views.append(_parts(camera, target.image, weight, places[:, None] if moving else places[None], plan))
-    recorded = tuple(prepared(scene, unknowns, values, parts, moving) for parts in views)
+        room = likely_room(camera, PART_PIXELS)
+        plan = make_plan(scene, camera, free=names, max_depth=max_depth, capacity=room, footprint=footprint, pass_of=PART_PIXELS)
+        views.append(view_of(camera, target.image, weight, places[:, None] if moving else places[None], 1 / max(footprint, 1), plan))
+    recorded = tuple(prepared(scene, unknowns, values, view, moving) for view in views)
     return Problem(scene, bounds, recorded, unknowns), total
-
-
-def _parts(camera: Camera, image: np.ndarray, weight: np.ndarray, places, plan: Plan) -> tuple[Part, ...]:
-    """The passes of a target, once for each group of places in a pixel, without trees."""
-    image, weight = (np.asarray(dealt(jnp.asarray(a, places.dtype), plan.passes, plan.pass_pixels)) for a in (image, weight[..., None]))
-    side = jnp.asarray(1 / max(plan.footprint, 1), places.dtype)
-    return tuple(Part(camera, jnp.int32(n), jnp.asarray(image[n]), jnp.asarray(weight[n, 0]), group, side, None, plan)
-                 for group in places for n in range(plan.passes))
 
 
 def _starting_points(first: np.ndarray, unknowns, starts: int) -> list[np.ndarray]:

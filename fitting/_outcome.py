@@ -18,6 +18,8 @@ from ._solve import Solution
 from ._target import Target
 from ._unknowns import Unknown, insert
 
+UNIT = 0.01
+"""Unit of the residuals where no noise is given; it sets how bold the solver's first steps are."""
 SETTLED = 1e-4
 """Converged: the next Gauss-Newton step is below this share of the coefficient, or a 20th of its standard error."""
 AT_REST = 8.0
@@ -63,16 +65,16 @@ def outcome(scene: Scene, targets: tuple[Target, ...], problem: Problem, start: 
         noise_given=given, steps=len(best.history), history=best.history, seconds_compile=0.0, seconds_solve=0.0,
         starts_tried=1, effects=effects, views=views,
         scene=insert(scene, unknowns, best.values.astype(scene.dtype)),
-        free=tuple(dict.fromkeys(u.coefficient for u in unknowns)), misfit=misfit, at_rounding_level=rounding,
+        free=tuple(dict.fromkeys(u.coefficient for u in unknowns)), misfit=misfit, at_rounding_level=rounding, stages=best.stages,
     )
 
 
-def rest_test(scene: Scene, targets: tuple[Target, ...], unknowns: tuple[Unknown, ...], unit: float):
-    """A test for the solver: are these coefficients, with this R, q and loss, as good as they will get?"""
+def rest_test(scene: Scene, targets: tuple[Target, ...], unknowns: tuple[Unknown, ...], unit: float, errors: float = 0.005):
+    """A test for the solver: are these coefficients, with this R, q and loss, as good as they will get, or to `errors` of their errors?"""
 
     def at_rest(values, factor, remainder, loss) -> bool:
         known = uncertainty(factor, _noise(targets, loss, len(unknowns), unit, scene), values, unknowns, _precision(scene))
-        return not unsettled(values, factor, remainder, known, unknowns, _precision(scene), _rest_share(scene), 0.005).any()
+        return not unsettled(values, factor, remainder, known, unknowns, _precision(scene), _rest_share(scene), errors).any()
 
     return at_rest
 

@@ -17,36 +17,18 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float
 
 from diffwhitted._workers import side_by_side
-from diffwhitted.image import gathered
-from diffwhitted.scene import Camera, Scene, tabulate
-from diffwhitted.tree import Plan, Record, grid, record, replay, sample_places
+from diffwhitted.scene import Scene, tabulate
+from diffwhitted.tree import Record, record, replay
 
 from ._bounds import Bounds
 from ._pyramid import blurred
 from ._unknowns import Unknown, insert
+from ._views import Part, View
 
 ROWS = 4096
-
-
-class Part(eqx.Module):
-    """One pass of a target."""
-
-    camera: Camera
-    number: Int[Array, ""]
-    """Which pass of the picture it is (see `image.dealt`)."""
-    target: Float[Array, "3 pixels"]
-    weight: Float[Array, "pixels"]
-    """Square root of the mask over the noise, divided by the root of the number of residuals."""
-    places: Float[Array, "samples 2"]
-    """Where in each pixel the samples are. Where rays move it is one: a pass is as many parts as there are samples a pixel."""
-    side: Float[Array, ""]
-    """Of the square that a sample stands for, in pixels."""
-    trees: Record | None
-    """The recorded trees (samples, ...); None where rays move, so that each evaluation records."""
-    plan: Plan = eqx.field(static=True)
 
 
 class Problem(eqx.Module):
@@ -54,15 +36,28 @@ class Problem(eqx.Module):
 
     scene: Scene
     bounds: Bounds
-    views: tuple[tuple[Part, ...], ...]
-    """The parts of each target."""
+    views: tuple[View, ...]
+    """The targets."""
     unknowns: tuple[Unknown, ...] = eqx.field(static=True)
 
+    @property
+    def moves(self) -> bool:
+        """Does any of the unknowns move rays?"""
+        return any_moves(self.unknowns)
 
-def prepared(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[Part, ...], moving: bool) -> tuple[Part, ...]:
-    """The parts with room for their rays and, unless rays move, with their trees; all their programs are compiled."""
-    if moving:
-        return _roomy(scene, unknowns, values, parts)
+
+def any_moves(unknowns: tuple[Unknown, ...]) -> bool:
+    return any(u.row.moves_rays for u in unknowns)
+
+
+def prepared(scene: Scene, unknowns: tuple[Unknown, ...], values, view: View, moving: bool) -> View:
+    """The view with room for its rays and, unless rays move, with their trees; all their programs are compiled."""
+    ready = _roomy if moving else _recorded
+    return replace(view, parts=ready(scene, unknowns, values, view.parts))
+
+
+def _recorded(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[Part, ...]) -> tuple[Part, ...]:
+    """The parts with their trees, and room for them."""
     while True:
         with ThreadPoolExecutor(1) as aside:
             blank = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), eqx.filter_eval_shape(record_part, scene, unknowns, values, parts[0]))
@@ -93,42 +88,31 @@ def factorise(problem: Problem, values: Float[Array, "p"], sigma: float = 0.0) -
     and Jacobian are blurred by so many pixels (see `_pyramid`).
     """
     values = jnp.asarray(values, problem.scene.dtype)
-    parts = [part for view in problem.views for part in view]
+    parts = [part for view in problem.views for part in view.parts]
     program = part_rows if parts[0].trees is None else part_factor
     found = side_by_side(lambda part: _with_room(program, problem.scene, problem.unknowns, values, part), parts)
     factors, films = zip(*found, strict=True)
     films = _by_view(problem, films)
     if program is part_rows:
         rows = _by_view(problem, factors)
-        factors = _blurred_factors(problem, rows, sigma) if sigma else [_triangular(r.reshape(r.shape[0], -1)) for view in rows for r in view]
+        factors = _blurred_factors(problem, rows, sigma) if sigma else [_triangular(r.reshape(r.shape[0], -1)) for passes in rows for r in passes]
     return _factor_of(np.concatenate(factors).astype(np.float64)), films
 
 
 def _by_view(problem: Problem, found: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
     """What was found out about each part, (passes, ...) for each target, averaged over the samples a pixel."""
     rest = iter(found)
-    views = ((view[0].plan.passes, np.stack([next(rest) for _ in view])) for view in problem.views)
+    views = ((view.passes, np.stack([next(rest) for _ in view.parts])) for view in problem.views)
     return tuple(parts.reshape(-1, passes, *parts.shape[1:]).mean(axis=0) for passes, parts in views)
 
 
-def finer(problem: Problem) -> Problem:
-    """The same with 2 x 2 samples in place of one; where rays move, whose parts have one sample."""
-
-    def four(part: Part) -> list[Part]:
-        return [replace(part, places=part.places + (quarter - 0.5) * part.side, side=part.side / 2)
-                for quarter in sample_places(2, part.places.dtype)]
-
-    return replace(problem, views=tuple(tuple(fine for group in zip(*map(four, view), strict=True) for fine in group) for view in problem.views))
-
-
 def _blurred_factors(problem: Problem, rows: tuple[np.ndarray, ...], sigma: float) -> list[np.ndarray]:
-    """The factor of each target's blurred rows."""
+    """The factor of each target's rows, blurred by so many pixels of the camera."""
     factors = []
     for view, passes in zip(problem.views, rows, strict=True):
-        camera = view[0].camera
-        picture = np.asarray(gathered(passes.reshape(passes.shape[0], -1, passes.shape[-1]), camera.height, camera.width))
-        picture = np.moveaxis(picture, -1, 0).reshape(-1, 3, camera.height, camera.width)
-        factors.append(_factor_of(blurred(picture, sigma).reshape(picture.shape[0], -1).T))
+        picture = np.asarray(view.picture(passes.reshape(passes.shape[0], -1, passes.shape[-1])))
+        picture = np.moveaxis(picture, -1, 0).reshape(-1, 3, *picture.shape[:2])
+        factors.append(_factor_of(blurred(picture, sigma / view.step).reshape(picture.shape[0], -1).T))
     return factors
 
 
@@ -170,7 +154,7 @@ def record_part(scene: Scene, unknowns: tuple[Unknown, ...], values, part: Part)
         values = jnp.stack([jnp.asarray(u.bounds[1], values.dtype) if u.row.name in ("k_s", "k_t") else v
                             for u, v in zip(unknowns, values, strict=True)])
     tables = tabulate(insert(scene, unknowns, values))
-    return jax.lax.map(lambda place: record(tables, part.camera, part.plan, grid(part.plan, part.camera, part.number, place, part.side)), part.places)
+    return jax.lax.map(lambda place: record(tables, part.camera, part.plan, part.samples(place)), part.places)
 
 
 def _film(scene: Scene, part: Part, trees: Record) -> Float[Array, "3 pixels"]:
@@ -179,7 +163,7 @@ def _film(scene: Scene, part: Part, trees: Record) -> Float[Array, "3 pixels"]:
 
     def one_sample(sample):
         tree, place = sample
-        return replay(tables, part.camera, tree, part.plan, grid(part.plan, part.camera, part.number, place, part.side)).stacked(axis=0)
+        return replay(tables, part.camera, tree, part.plan, part.samples(place)).stacked(axis=0)
 
     return jax.lax.map(one_sample, (trees, part.places)).mean(axis=0)
 

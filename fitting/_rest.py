@@ -48,6 +48,13 @@ def on_bound(values: np.ndarray, unknowns: tuple[Unknown, ...]) -> np.ndarray:
     return (values - low < near_low) | (high - values < ON_THE_BOUND * (high - low))
 
 
+def off_bound(values: np.ndarray, unknowns: tuple[Unknown, ...]) -> np.ndarray:
+    """The values with those that lie on a bound a little inside, from where they may move: on a bound no unknown has a slope."""
+    low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
+    margin = NEARLY * (high - low)
+    return np.where(on_bound(values, unknowns), np.clip(values, low + margin, high - margin), values)
+
+
 def _step(factor, remainder, free, precision) -> np.ndarray:
     size = np.linalg.norm(factor, axis=0)
     scale = np.where(free & (size > 0), size, 1)

@@ -114,6 +114,21 @@ class FitStep:
     accepted: bool
 
 
+@dataclass(frozen=True)
+class FitStage:
+    """A stretch of a fit that looked at the targets in one way.
+
+    - `name`: that way, in words: "every 8th pixel", "all pixels".
+    - `samples`: how many places in the targets each step looked at.
+    - `steps`, `seconds`: what it took.
+    """
+
+    name: str
+    samples: int
+    steps: int
+    seconds: float
+
+
 @dataclass(frozen=True, eq=False)
 class FitView:
     """One camera's pictures, linear Rec. 709 RGB.
@@ -157,7 +172,8 @@ class FitResult:
       where it could not be.
     - `misfit`: the residual is not noise (neighbouring pixels agree, or it is well above the given noise), so the
       intervals are too narrow; `at_rounding_level`: it is no more than arithmetic and solver leave over.
-    - `steps`, `history`: how many steps the solver took, and one `FitStep` for each.
+    - `steps`, `history`: how many steps the solver took, and one `FitStep` for each; `stages`: one `FitStage` for
+      each way in which it looked at the targets, from coarse to fine.
     - `seconds_compile`, `seconds_solve`: wall-clock seconds.
     - `starts_tried`: how many starting points were solved from; the best is reported.
     - `effects`: `(name, on, why)` for each effect of the renderer.
@@ -185,6 +201,7 @@ class FitResult:
     free: tuple[str, ...]
     misfit: bool = False
     at_rounding_level: bool = False
+    stages: tuple[FitStage, ...] = ()
 
     def __post_init__(self) -> None:
         if self.status not in get_args(Status):
@@ -232,6 +249,9 @@ class FitResult:
             "views": [
                 {"camera": view.camera, "rmse": _finite(view.rmse), "pixels": int(np.sum(view.weight > 0))}
                 for view in self.views
+            ],
+            "stages": [
+                {"name": s.name, "samples": int(s.samples), "steps": int(s.steps), "seconds": _finite(s.seconds)} for s in self.stages
             ],
             "history": [
                 {"step": int(s.step), "loss": _finite(s.loss), "seconds": _finite(s.seconds), "accepted": bool(s.accepted)}

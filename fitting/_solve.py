@@ -22,7 +22,7 @@ import optimistix as optx
 from jaxtyping import Array, Float
 
 from ._problem import Problem, factorise
-from ._result import FitStep
+from ._result import FitStage, FitStep
 
 REJECTIONS = 8
 """So many rejected steps in a row mean that the loss cannot fall any further in this precision."""
@@ -45,6 +45,8 @@ class Solution:
     seconds: float
     shift: np.ndarray
     """How far the values moved when four trees took the place of each, (p,); 0 until they do."""
+    stages: tuple[FitStage, ...] = ()
+    """What each way to look at the targets took."""
 
 
 class LinearModel(eqx.Module):

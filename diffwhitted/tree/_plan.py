@@ -107,8 +107,8 @@ class Plan:
 
 
 def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_depth: int | None = None,
-              capacity: int | None = None, footprint: int | None = None) -> Plan:
-    """Plan the rendering of a scene by a camera.
+              capacity: int | None = None, footprint: int | None = None, pass_of: int = MOST_PIXELS_A_PASS) -> Plan:
+    """Plan the rendering of a scene by a camera, in passes of at most `pass_of` pixels.
 
     `free` names coefficients ("glass.k_s") whose derivative is wanted although they may be zero now: they
     keep their effect. `capacity` is the room for rays other than camera rays in one pass; without it
@@ -122,7 +122,7 @@ def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_d
     materials = [scene.materials[name] for name in names]
     trees = scene.footprint if footprint is None else footprint
     check_footprint(trees, "")
-    passes, pass_pixels, block = _split(camera.width * camera.height, FOOTPRINT_BLOCK if trees else BLOCK)
+    passes, pass_pixels, block = _split(camera.width * camera.height, pass_of, FOOTPRINT_BLOCK if trees else BLOCK)
     plan = Plan(
         effects=effects, max_depth=depth, total_reflection_is_full=scene.total_internal_reflection == "full",
         mirrors=mirrors, transparent=transparent,
@@ -137,14 +137,14 @@ def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_d
     return plan.with_capacity(worst if capacity is None else min(capacity, worst))
 
 
-def likely_room(camera: Camera) -> int:
+def likely_room(camera: Camera, pass_of: int = MOST_PIXELS_A_PASS) -> int:
     """Room for descendants in one pass that most scenes do not exceed: a capacity to try first."""
-    return int(LIKELY_DESCENDANTS * _split(camera.width * camera.height)[1])
+    return int(LIKELY_DESCENDANTS * _split(camera.width * camera.height, pass_of, BLOCK)[1])
 
 
-def _split(pixels: int, most: int = BLOCK) -> tuple[int, int, int]:
-    """Passes, camera rays a pass and rays a block, with little left over."""
-    passes = max(ceil(pixels / MOST_PIXELS_A_PASS), min(processors(), pixels // FEWEST_PIXELS_A_PASS), 1)
+def _split(pixels: int, pass_of: int, most: int) -> tuple[int, int, int]:
+    """Passes of at most `pass_of` pixels, camera rays a pass, and rays a block of at most `most`, with little left over."""
+    passes = max(ceil(pixels / pass_of), min(processors(), pixels // FEWEST_PIXELS_A_PASS), 1)
     if passes > 1:
         passes = ceil(passes / processors()) * processors()
     in_pass = ceil(pixels / passes)
