@@ -30,7 +30,7 @@ STARTS = (1.05, 1.1, 1.2, 1.33, 1.5, 1.8, 2.1, 2.4)
 
 
 def measure() -> list[Figure]:
-    return [*_truth(), *_other_indices(), *_cost(), *_compile(), *_fits()]
+    return [*_truth(), *_other_indices(), *_cost(), *_compile(), *_fits(), *_joint_fit()]
 
 
 def _truth() -> list[Figure]:
@@ -126,6 +126,32 @@ def _fits() -> list[Figure]:
     note = f"truth 1.33, 1.5, 2.2 from {', '.join(map(str, STARTS))}; 160x120"
     return [Figure("intervals of an index that miss the truth, 200 noisy targets", 100 * missed, "%", 10.0, "2 to 10 % are expected of 95 % intervals"),
             Figure("fit of an index, largest error", worst, "", 1e-3, note), Figure("fit of an index, slowest, after compiling", slowest, "s", 3.0, note)]
+
+
+def _joint_fit() -> list[Figure]:
+    """Eleven coefficients at once, with one point light, all from elsewhere."""
+    scene = spheres()
+    camera = scene.cameras["main"]
+    scene = eqx.tree_at(lambda s: s.lights, scene, scene.lights[:1])
+    for name, value in {"floor.k_d": (0.8, 0.7, 0.6), "floor.k_a": 0.2, "blue.k_a": 0.1}.items():
+        scene = diffwhitted.replace_coefficient(scene, name, np.asarray(value, np.float32))
+    free = ["floor.k_d", "floor.k_a", "blue.k_d", "blue.k_a", "blue.phong_exponent", "glass.k_t", INDEX]
+    start = {"floor.k_*": 0.5, "blue.k_*": 0.4, "blue.phong_exponent": 10.0, "glass.k_t": 0.6, INDEX: 1.8}
+    found = fitting.fit(scene, area_true(scene, camera, 32).astype(np.float32), free, start=start)
+    away = [abs(c.value - _true(scene, c.name)) for c in found.coefficients]
+    shares = {c.name: off / (c.bounds[1] - c.bounds[0]) for c, off in zip(found.coefficients, away, strict=True)}
+    worst = max(shares, key=shares.get)
+    errors = max(off / c.standard_error for c, off in zip(found.coefficients, away, strict=True))
+    return [Figure("joint fit of 11, largest error in the width of its bounds", shares[worst], "", 1e-3, f"{worst}; {found.status}; largest of the "
+                   f"others {max(share for name, share in shares.items() if not name.startswith('blue')):.1e} without the blue sphere"),
+            Figure("joint fit of 11, largest error in standard errors", errors, "", 3.0),
+            Figure("joint fit of 11, after compiling", found.seconds_solve, "s", 10.0, f"{found.steps} steps, 160x120")]
+
+
+def _true(scene, name: str) -> float:
+    material, coefficient, *channel = name.split(".")
+    values = np.asarray(diffwhitted.coefficient_value(scene, f"{material}.{coefficient}")).reshape(-1)
+    return float(values["rgb".index(channel[0]) if channel else 0])
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """A fit of 18 coefficients from the middle of their bounds, compile included, with the error of each beside it."""
 
 import time
+from dataclasses import asdict
 from pathlib import Path
 
 import jax
@@ -27,7 +28,18 @@ def measure() -> list[Figure]:
                f"{own['steps']} steps {own['solve']:.2f} s; {own['status']}"),
         Figure("largest error of a coefficient", own["worst"], "", ERROR_TARGET, _listed(own["errors"])),
     ]
-    return [*figures, *_against_povray(), *_against_mitsuba(own)]
+    return [*figures, *_coarse_to_fine(), *_against_povray(), *_against_mitsuba(own)]
+
+
+def _coarse_to_fine() -> list[Figure]:
+    """640x480, in turns in one process, after a first fit each."""
+    found = in_fresh_process("fit", "stages")
+    ways = {way: [run["solve"] for run in runs] for way, runs in found.items()}
+    ratios = [coarse / all_pixels for coarse, all_pixels in zip(ways["coarse"], ways["all"], strict=True)]
+    stages = "; ".join(f"{s['name']}: {s['steps']} steps, {s['seconds']:.2f} s" for s in found["coarse"][-1]["stages"])
+    return [Figure("640x480: time from coarse to fine / with all pixels from the start", float(np.median(ratios)), "", 0.5,
+                   f"{np.median(ways['coarse']):.2f} s and {np.median(ways['all']):.2f} s after compiling; {stages}; largest error "
+                   f"{found['coarse'][-1]['worst']:.1g} and {found['all'][-1]['worst']:.1g}")]
 
 
 def _listed(errors: dict[str, float]) -> str:
@@ -56,7 +68,9 @@ def _against_mitsuba(own: dict) -> list[Figure]:
 
 
 def _fitted(source: str, picture: str = "") -> dict:
-    """In this process: fit a picture of our own, or the one in a file."""
+    """In this process: fit a picture of our own, or the one in a file; or fit a large one with and without stages."""
+    if source == "stages":
+        return _with_and_without_stages()
     truth = three_spheres(TARGET_SIZE)
     camera = truth.cameras[CAMERA]
     target = diffwhitted.read_image(Path(picture)).pixels if source == "povray" else np.asarray(diffwhitted.render(truth, camera))
@@ -67,6 +81,17 @@ def _fitted(source: str, picture: str = "") -> dict:
     errors = {c.name: _error(c, truth) for c in result.coefficients}
     return {"seconds": seconds, "compile": result.seconds_compile, "solve": result.seconds_solve, "steps": result.steps,
             "status": result.status, "errors": errors, "worst": max(errors.values())}
+
+
+def _with_and_without_stages() -> dict:
+    truth = three_spheres()
+    target, runs = np.asarray(diffwhitted.render(truth, truth.cameras[CAMERA])), {"coarse": [], "all": []}
+    for _ in range(1 + RUNS):
+        for way, found in runs.items():
+            result = fitting.fit(truth, target, free=UNKNOWNS, start=_middle_of_bounds(), coarse_to_fine=way == "coarse")
+            found.append({"solve": result.seconds_solve, "worst": max(_error(c, truth) for c in result.coefficients),
+                          "stages": [asdict(stage) for stage in result.stages]})
+    return {way: found[1:] for way, found in runs.items()}
 
 
 def _middle_of_bounds() -> dict[str, float]:

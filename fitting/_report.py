@@ -25,6 +25,7 @@ from ._tables import (
     rounded_error,
     seconds_text,
     short,
+    stage_text,
     status_sentence,
 )
 
@@ -61,6 +62,7 @@ def report_html(result: FitResult, *, title: str, truth: Mapping[str, float] | N
         correlation=_correlation(result),
         curve=_curve(result),
         seconds=seconds_text,
+        stage_text=stage_text,
         short=short,
     )
 
@@ -220,6 +222,8 @@ def _curve(result: FitResult) -> str | None:
     if refused:
         axes.plot([s.step for s in refused], [s.loss for s in refused], "x", color=muted, label="step refused")
         axes.legend(frameon=False, labelcolor=ink)
+    for last in np.cumsum([stage.steps for stage in result.stages])[:-1]:
+        axes.axvline(last - 0.5, color=muted, linewidth=0.8, linestyle=":")
     axes.set(yscale="log", xlabel="step", ylabel="loss")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=10, min_n_ticks=1))
     axes.set_xlim(points[0].step - 0.5, points[-1].step + 0.5)

@@ -118,7 +118,7 @@ class FitStep:
 class FitStage:
     """A stretch of a fit that looked at the targets in one way.
 
-    - `name`: that way, in words: "every 8th pixel", "all pixels".
+    - `name`: that way, in words: "one pixel in 8", "all pixels".
     - `samples`: how many places in the targets each step looked at.
     - `steps`, `seconds`: what it took.
     """

@@ -66,7 +66,7 @@ def stages_of(problem: Problem, targets: tuple[Target, ...], coarse_to_fine: boo
     count = max(1, min(processors(), passes // SHARE))
     if coarse_to_fine and passes >= SHARE:
         errors = ERRORS * (passes / count) ** 0.5
-        found.append(Stage(f"every {_nth(passes // count)} pixel", changed(problem, some_passes, count), 0.0, rest(errors), False))
+        found.append(Stage(f"one pixel in {passes // count}", changed(problem, some_passes, count), 0.0, rest(errors), False))
     found.append(Stage("all pixels", problem, 0.0, rest(), True))
     if moving and problem.views[0].parts[0].plan.footprint:
         found.append(Stage("all pixels, 2 x 2 trees in place of each", changed(problem, finer), 0.0, rest(), True))
@@ -84,11 +84,6 @@ def _step(problem: Problem, blur: float) -> int:
     while 4 * step <= blur and pixels >= 4 * step**2 * LEAST_SAMPLES:
         step *= 2
     return step
-
-
-def _nth(number: int) -> str:
-    """Such as "4th", for numbers from 4 on, but "22nd" is not worth a rule: "every 22th" never comes, as passes are few."""
-    return f"{number}th"
 
 
 def run(stages: list[Stage], point: np.ndarray, max_steps: int, on_step: Callable[[FitStep], None] | None, scale: float) -> Solution:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ._layout import column_widths, folded
-from ._result import FittedCoefficient, FitResult
+from ._result import FitStage, FittedCoefficient, FitResult
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -229,6 +229,11 @@ def seconds_text(seconds: float) -> str:
     return f"{minutes} min {rest:02d} s"
 
 
+def stage_text(stage: FitStage) -> str:
+    """`one pixel in 8: 7 steps in 0.12 s`."""
+    return f"{stage.name}: {stage.steps} step{'' if stage.steps == 1 else 's'} in {seconds_text(stage.seconds)}"
+
+
 def summary_lines(result: FitResult) -> list[str]:
     """What to print around the table: the status in words, the message, the error, the effort."""
     lines = [f"{STATUS_WORDS[result.status]}. {status_sentence(result)}"]
@@ -242,4 +247,6 @@ def summary_lines(result: FitResult) -> list[str]:
         f"{count} coefficient{'' if count == 1 else 's'}, rank {result.rank}; {steps}{starts} in "
         f"{seconds_text(result.seconds_solve)}, after {seconds_text(result.seconds_compile)} of compiling."
     )
+    if len(result.stages) > 1:
+        lines.append("From coarse to fine: " + "; ".join(stage_text(stage) for stage in result.stages) + ".")
     return lines

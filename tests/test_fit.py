@@ -138,12 +138,12 @@ def test_intervals_cover_the_truth_in_95_of_100_noisy_targets():
     truth = np.asarray([0.3, 0.2, 0.5])
     clean = fitting._target.as_targets(scene, picture(scene))
     problem, scale = _build(scene, clean, names, unknowns, truth, 1, None, 0)
-    plan = problem.views[0][0].plan
+    (view,) = problem.views
     random, covered = np.random.default_rng(0), []
     for _ in range(200):
         noisy = clean[0].image + noise * random.normal(size=clean[0].image.shape)
-        film = dealt(jnp.asarray(noisy, jnp.float32), plan.passes, plan.pass_pixels)
-        noisy_problem = eqx.tree_at(lambda p: [part.target for part in p.views[0]], problem, list(film))
+        film = dealt(jnp.asarray(noisy, jnp.float32), view.passes, view.parts[0].plan.pass_pixels)
+        noisy_problem = eqx.tree_at(lambda p: [part.target for part in p.views[0].parts], problem, list(film))
         best = solve(noisy_problem, truth, max_steps=30)
         result = outcome(scene, (fitting.Target(noisy, "main", clean[0].mask),), noisy_problem, truth, best, 0.01, (), ())
         assert result.noise == pytest.approx(noise, rel=0.1)

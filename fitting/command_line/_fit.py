@@ -47,6 +47,8 @@ BoundsGiven = Annotated[list[str] | None, typer.Option(
     help="Interval to search; wildcards allowed. Default: 0:1 for k_*, 1:1000 for phong_exponent, 1.001:4 for refractive_index.")]
 Starts = Annotated[int, typer.Option(
     "--starts", metavar="N", min=1, help="Starting points to try: the start, the middle of the bounds, then spread out. The best end counts.")]
+CoarseToFine = Annotated[bool, typer.Option(
+    "--coarse-to-fine/--all-pixels", help="Let the first steps look at fewer pixels of a large target. The last ones look at all of them.")]
 MaxSteps = Annotated[int, typer.Option("--max-steps", metavar="N", min=1, help="Most steps of the solver from one start.")]
 Truth = Annotated[Path | None, typer.Option(
     "--truth", metavar="FILE", show_default=False,
@@ -58,7 +60,8 @@ Json = Annotated[bool, typer.Option("--json", help="Print result.json in place o
 def fit(
     scene: ScenePath, target: Targets, free: Free, out: Out, camera: CameraName = None, mask: Masks = None,
     keep_clipped: KeepClipped = False, noise: Noise = None, start: Start = None, bounds: BoundsGiven = None, starts: Starts = 1, samples: Samples = 1,
-    footprint: Footprint = None, depth: Depth = None, max_steps: MaxSteps = 100, precision: PrecisionName = Precision.float32, truth: Truth = None,
+    footprint: Footprint = None, depth: Depth = None, max_steps: MaxSteps = 100, coarse_to_fine: CoarseToFine = True,
+    precision: PrecisionName = Precision.float32, truth: Truth = None,
     quiet: Quiet = False, json: Json = False,
 ) -> int:
     """Find the material coefficients that make a scene look like its target pictures.
@@ -91,7 +94,7 @@ def fit(
         progress.say("compiling; less to do next time")
         result = run_fit(
             loaded, targets, free, start=given_start, bounds=given_bounds, starts=starts, samples=samples,
-            max_depth=depth, footprint=footprint, max_steps=max_steps, on_step=lambda step: progress.step(step, starts))
+            max_depth=depth, footprint=footprint, max_steps=max_steps, coarse_to_fine=coarse_to_fine, on_step=lambda step: progress.step(step, starts))
         progress.say("writing the report")
         about = {"scene": scene.name, "targets": [Path(text).name for text in target]}
         written = write_outputs(result, out, title=f"{scene.stem}: {', '.join(free)}", save_scene=save_scene,
