@@ -100,6 +100,6 @@ def _pass(scene: Scene, tangent: Scene, camera: Camera, plan: Plan, samples: Sam
     tree = record(tabulate(scene), camera, plan, samples)
 
     def film(scene):
-        return replay(tabulate(scene), camera, tree, plan, samples).stacked(axis=0)
+        return replay(tabulate(scene), camera, tree, plan, samples, forward=True).stacked(axis=0)
 
     return jnp.stack(eqx.filter_jvp(film, (scene,), (tangent,))), tree.descendants

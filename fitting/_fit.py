@@ -18,7 +18,7 @@ from ._result import FitResult, FitStep
 from ._stages import run, stages_of
 from ._target import Target, as_targets
 from ._unknowns import free_coefficients, list_unknowns, start_values
-from ._views import PART_PIXELS, view_of
+from ._views import PART_PIXELS, PART_RAYS, view_of
 
 
 def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float] | None = None,
@@ -80,7 +80,8 @@ def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, sa
         camera = scene.cameras[target.camera]
         weight = np.sqrt(target.mask) / (UNIT if target.noise is None else target.noise) / np.sqrt(total)
         room = likely_room(camera, PART_PIXELS)
-        plan = make_plan(scene, camera, free=names, max_depth=max_depth, capacity=room, footprint=footprint, pass_of=PART_PIXELS)
+        plan = make_plan(scene, camera, free=names, max_depth=max_depth, capacity=room, footprint=footprint,
+                         pass_of=PART_PIXELS, block_of=PART_RAYS)
         views.append(view_of(camera, target.image, weight, places[:, None] if moving else places[None], 1 / max(footprint, 1), plan))
     recorded = tuple(prepared(scene, unknowns, values, view, moving) for view in views)
     return Problem(scene, bounds, recorded, unknowns), total

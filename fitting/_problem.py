@@ -71,14 +71,13 @@ def _recorded(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[
 
 
 def _roomy(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[Part, ...]) -> tuple[Part, ...]:
-    """The parts with room for their rays at these coefficients, and half as much again; the same for all, so that they share a program."""
+    """The parts with room for their rays at these coefficients; the same for all, so that they share a program."""
     while True:
-        needed = max(int(n.max()) for n in side_by_side(lambda part: record_part(scene, unknowns, values, part).descendants, parts))
-        enough, room = needed <= parts[0].plan.capacity, parts[0].plan.with_capacity(3 * needed // 2)
-        parts = tuple(replace(part, plan=room) for part in parts)
-        if enough:
-            part_rows(scene, unknowns, values, parts[0])
+        needed = max(int(found[2]) for found in side_by_side(lambda part: part_rows(scene, unknowns, values, part), parts))
+        if needed <= parts[0].plan.capacity:
             return parts
+        room = parts[0].plan.with_capacity(3 * needed // 2)
+        parts = tuple(replace(part, plan=room) for part in parts)
 
 
 def factorise(problem: Problem, values: Float[Array, "p"], sigma: float = 0.0) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
@@ -163,7 +162,7 @@ def _film(scene: Scene, part: Part, trees: Record) -> Float[Array, "3 pixels"]:
 
     def one_sample(sample):
         tree, place = sample
-        return replay(tables, part.camera, tree, part.plan, part.samples(place)).stacked(axis=0)
+        return replay(tables, part.camera, tree, part.plan, part.samples(place), forward=True).stacked(axis=0)
 
     return jax.lax.map(one_sample, (trees, part.places)).mean(axis=0)
 

@@ -23,15 +23,22 @@ def unsettled(values: np.ndarray, factor: np.ndarray, remainder: np.ndarray, kno
     """
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
     near = np.fmax(ON_THE_BOUND * (high - low), HELD * known.standard_error)
-    free = known.seen
+    step = next_step(values, factor, remainder, known.seen, near, unknowns, precision)
+    allowed = share * np.maximum(abs(values), 0.01 * np.minimum(high - low, 1))
+    return abs(step) > np.fmax(allowed, errors * known.spread)
+
+
+def next_step(values: np.ndarray, factor: np.ndarray, remainder: np.ndarray, free: np.ndarray, near: np.ndarray, unknowns: tuple[Unknown, ...],
+              precision: float) -> np.ndarray:
+    """The step -R^-1 q along the `free` coefficients, 0 for those that it would push through a bound no further than `near`."""
+    low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
     for _ in range(len(unknowns) + 1):
         step = _step(factor, remainder, free, precision)
         held = free & (((values + step < low) & (values - low < near)) | ((values + step > high) & (high - values < near)))
         if not held.any():
             break
         free = free & ~held
-    allowed = share * np.maximum(abs(values), 0.01 * np.minimum(high - low, 1))
-    return abs(step) > np.fmax(allowed, errors * known.spread)
+    return step
 
 
 def nearly(values: np.ndarray, factor: np.ndarray, remainder: np.ndarray, unknowns: tuple[Unknown, ...], precision: float) -> bool:

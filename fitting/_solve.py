@@ -22,10 +22,13 @@ import optimistix as optx
 from jaxtyping import Array, Float
 
 from ._problem import Problem, factorise
+from ._rest import ON_THE_BOUND, next_step
 from ._result import FitStage, FitStep
 
 REJECTIONS = 8
 """So many rejected steps in a row mean that the loss cannot fall any further in this precision."""
+UNSEEN = 8.0
+"""A step that promises to lower the loss by fewer units in its last place cannot be judged by the loss."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,8 @@ class Solution:
     history: tuple[FitStep, ...]
     interrupted: bool
     seconds: float
+    boldness: float
+    """1 / lambda of Levenberg and Marquardt at the end."""
     shift: np.ndarray
     """How far the values moved when four trees took the place of each, (p,); 0 until they do."""
     stages: tuple[FitStage, ...] = ()
@@ -80,29 +85,66 @@ def look(problem: Problem, x: Float[Array, "p"], sigma: float) -> Look:
 
 
 def solve(problem: Problem, start: np.ndarray, *, max_steps: int, at_rest: Callable[..., bool] = lambda *a: False,
-          on_step: Callable[[FitStep], None] | None = None, loss_scale: float = 1.0, sigma: float = 0.0) -> Solution:
+          on_step: Callable[[FitStep], None] | None = None, loss_scale: float = 1.0, sigma: float = 0.0,
+          boldness: float | None = None) -> Solution:
     """From these coefficients until the steps become too small to matter, or `max_steps`, or Ctrl-C.
 
-    `at_rest(values, factor, remainder, loss)` may stop it earlier. `sigma`: blur of the residuals in pixels.
+    `at_rest(values, factor, remainder, loss)` may stop it earlier. `sigma`: blur of the residuals in pixels. Where the solver
+    rejects a step that is too small to be seen in the loss, the next ones are Gauss-Newton steps, each of which must promise
+    less than the one before. `boldness`: that of a run before, to go on with.
     """
     begun, method = time.perf_counter(), _method(problem.scene.dtype)
     x = problem.bounds.unknowns(jnp.asarray(start, float))
     state = first_state(method, x)
+    if boldness is not None:
+        state = eqx.tree_at(_boldness, state, jnp.asarray(boldness, _boldness(state).dtype))
     history, rejected, best = [], 0, None
+
+    def note(here: Look, accepted: bool) -> Look:
+        """The better of the two; in the history is always the loss of the better one."""
+        better = here if accepted else best
+        history.append(FitStep(len(history), better.linear()[-1] * loss_scale, time.perf_counter() - begun, accepted))
+        if on_step is not None:
+            on_step(history[-1])
+        return better
+
     with _stop_requests() as stopped:
-        for number in range(max_steps):
+        while len(history) < max_steps:
             here = look(problem, state.y_eval, sigma)
-            model = _linear_model(problem, here)
-            x, state, done = advance(method, x, state, model)
+            x, state, done = advance(method, x, state, _linear_model(problem, here))
             accepted = int(state.num_steps_since_acceptance) == 0
-            best = here if accepted else best
-            history.append(FitStep(number, best.linear()[-1] * loss_scale, time.perf_counter() - begun, accepted))
-            if on_step is not None:
-                on_step(history[-1])
+            best = note(here, accepted)
             rejected = 0 if accepted else rejected + 1
-            if bool(done) or rejected >= REJECTIONS or stopped() or at_rest(*best.linear()):
+            if bool(done) or rejected >= REJECTIONS or stopped() or at_rest(*best.linear()) or (rejected and _is_unseen(problem, best)):
                 break
-    return Solution(*best.linear(), best.films, tuple(history), stopped(), time.perf_counter() - begun, np.zeros_like(best.values))
+        while len(history) < max_steps and _is_unseen(problem, best) and not (stopped() or at_rest(*best.linear())):
+            step, promise = _promise(problem, best)
+            low, high = np.asarray([u.bounds for u in problem.unknowns], np.float64).T
+            here = look(problem, problem.bounds.unknowns(jnp.asarray(np.clip(best.values + step, low, high), float)), sigma)
+            better = _promise(problem, here)[1] < promise
+            best = note(here, better)
+            if not better:
+                break
+    return Solution(*best.linear(), best.films, tuple(history), stopped(), time.perf_counter() - begun, float(_boldness(state)),
+                    np.zeros_like(best.values))
+
+
+def _boldness(state):
+    return state.search_state.step_size
+
+
+def _promise(problem: Problem, here: Look) -> tuple[np.ndarray, float]:
+    """The next Gauss-Newton step, and by how much the linear model says that it lowers the loss."""
+    values, factor, remainder, _ = here.linear()
+    low, high = np.asarray([u.bounds for u in problem.unknowns], np.float64).T
+    seen, precision = np.linalg.norm(factor, axis=0) > 0, float(jnp.finfo(problem.scene.dtype).eps) ** 0.7
+    step = next_step(values, factor, remainder, seen, ON_THE_BOUND * (high - low), problem.unknowns, precision)
+    return step, 0.5 * float(np.sum((factor @ step) ** 2))
+
+
+def _is_unseen(problem: Problem, here: Look) -> bool:
+    """Is the next step too small for the loss to tell whether it is one for the better?"""
+    return _promise(problem, here)[1] < UNSEEN * float(jnp.finfo(problem.scene.dtype).eps) * here.linear()[-1]
 
 
 def _method(dtype) -> optx.LevenbergMarquardt:

@@ -95,22 +95,25 @@ def run(stages: list[Stage], point: np.ndarray, max_steps: int, on_step: Callabl
         if on_step is not None:
             on_step(history[-1])
 
-    def solved(stage: Stage, point: np.ndarray, most: int, since: float) -> Solution:
-        solution = solve(stage.problem, point, max_steps=most, at_rest=stage.at_rest, on_step=seen, loss_scale=scale, sigma=stage.blur)
+    def solved(stage: Stage, point: np.ndarray, most: int, since: float, boldness: float | None) -> Solution:
+        solution = solve(stage.problem, point, max_steps=most, at_rest=stage.at_rest, on_step=seen, loss_scale=scale, sigma=stage.blur,
+                         boldness=boldness)
         made.append(FitStage(stage.name, stage.samples, len(solution.history), time.perf_counter() - since))
         return solution
 
+    boldness = None
     for number, stage in enumerate(stages):
         since, before = time.perf_counter(), point
         if number == 0 and stage.blur:
             point = best_of(stage.problem, point, stage.blur)
-        solution = solved(stage, point, max_steps, since)
+        solution = solved(stage, point, max_steps, since, boldness)
         point = solution.values if stage.whole or stage.blur else off_bound(solution.values, stage.problem.unknowns)
+        boldness = None if stage.blur else solution.boldness  # of sharp residuals alone: those of a stage before are the same, but fewer
         if solution.interrupted:
             break
     if not stage.whole:
         last = next(stage for stage in stages if stage.whole)
-        solution = replace(solved(last, point, 1, time.perf_counter()), interrupted=True)
+        solution = replace(solved(last, point, 1, time.perf_counter(), None), interrupted=True)
     several = number > 0 and stages[number - 1].whole
     return replace(solution, history=tuple(history), stages=tuple(made), seconds=time.perf_counter() - begun,
                    shift=abs(solution.values - before) if several else solution.shift)

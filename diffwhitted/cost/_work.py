@@ -39,7 +39,7 @@ def work_programs(scene: Scene, camera: Camera, plan: Plan) -> dict[str, Program
 
     def walk(given):
         scene, number, tree = given
-        points = replay(tabulate(scene), camera, tree, plan, grid(plan, camera, number, place), lambda tables, plan, nodes, at, needed: at.point)
-        return points.stacked(axis=0)
+        samples = grid(plan, camera, number, place)
+        return replay(tabulate(scene), camera, tree, plan, samples, lambda tables, plan, nodes, at, needed: at.point, forward=True).stacked(axis=0)
 
     return {"search": searching, "walk": compiled(walk, [(scene, number, tree) for number, tree in zip(numbers, searching.run(), strict=True)])}

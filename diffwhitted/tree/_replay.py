@@ -26,15 +26,16 @@ from ._samples import Samples
 from ._truncation import Beyond
 
 
-def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, samples: Samples, light_of: Callable | None = None) -> Vec3:
+def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, samples: Samples, light_of: Callable | None = None,
+           forward: bool = False) -> Vec3:
     """Linear RGB of the samples of a pass, three arrays of shape (plan.pass_pixels,).
 
     Differentiable in `tables` and `camera`, along the recorded tree. `light_of` stands in place of the light of a node.
+    `forward`: no reverse mode is wanted, so the loop need not pass by all the blocks that there might be.
     """
     light_of = light_of or light_of_nodes
     branching = plan.branching
 
-    @partial(jax.checkpoint, prevent_cse=False)
     def visit(nodes: Nodes, parents: Arrival | None, throughput: Vec3, alive):
         ray, footprint, factor = departing(tables, camera, plan, samples, parents, nodes.origin, alive)
         throughput = throughput * factor
@@ -42,29 +43,34 @@ def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, samples: 
         added = throughput * light_of(tables, plan, nodes, arrived, alive.any())
         return where(alive, added, added * 0), (arrived, throughput)
 
-    def follow_block(carry, bounds):
+    if not forward:
+        visit = jax.checkpoint(visit, prevent_cse=False)
+
+    def follow_block(start, end, carry):
+        film, state = carry
+        nodes = read_block(record.nodes, start, plan.block)
+        alive = (start + jnp.arange(plan.block) < end) & samples.there[nodes.origin.sample]
+        # Camera rays read the first node for nothing: a branch without it would cost reverse mode a whole state of zeros.
+        parents, throughput = jax.tree.map(lambda a: a[nodes.origin.parent], state) if branching else (None, white)
+        throughput = where(nodes.origin.lineage == 0, white, throughput)
+        added, arrived = visit(nodes, parents, throughput, alive)
+        film = jax.tree.map(lambda f, a: f.at[nodes.origin.sample].add(a), film, added)
+        return film, write_block(state, arrived, start) if branching else state
+
+    def follow_if_there(carry, bounds):
         start, end = bounds
-
-        def follow(carry):
-            film, state = carry
-            nodes = read_block(record.nodes, start, plan.block)
-            alive = (start + jnp.arange(plan.block) < end) & samples.there[nodes.origin.sample]
-            # Camera rays read the first node for nothing: a branch without it would cost reverse mode a whole state of zeros.
-            parents, throughput = jax.tree.map(lambda a: a[nodes.origin.parent], state) if branching else (None, white)
-            throughput = where(nodes.origin.lineage == 0, white, throughput)
-            added, arrived = visit(nodes, parents, throughput, alive)
-            film = jax.tree.map(lambda f, a: f.at[nodes.origin.sample].add(a), film, added)
-            return film, write_block(state, arrived, start) if branching else state
-
-        return jax.lax.cond(end > start, follow, lambda carry: carry, carry), None
+        return jax.lax.cond(end > start, partial(follow_block, start, end), lambda carry: carry, carry), None
 
     one = jnp.ones(plan.block, tables.ambient.dtype)
     white = Vec3(one, one, one)
     ray, footprint, _, _ = any_ray(plan, one.dtype)
     arrived = jax.eval_shape(lambda: _arrived(tables, plan, read_block(record.nodes, 0, plan.block), ray, footprint, jnp.bool_(True)))
     state = empty_buffers((arrived, white), plan.slots) if branching else ()
-    (film, _), _ = jax.lax.scan(follow_block, (empty_buffers(white, plan.pass_pixels), state), (record.starts, record.ends))
-    return film
+    carry = empty_buffers(white, plan.pass_pixels), state
+    if forward:
+        there = jnp.sum(record.ends > record.starts)
+        return jax.lax.fori_loop(0, there, lambda number, carry: follow_block(record.starts[number], record.ends[number], carry), carry)[0]
+    return jax.lax.scan(follow_if_there, carry, (record.starts, record.ends))[0][0]
 
 
 def _arrived(tables: Tables, plan: Plan, nodes: Nodes, ray: Ray, footprint: Footprint | None, needed) -> Arrival:
