@@ -10,6 +10,8 @@ from typing import Any
 from diffwhitted import KNOBS
 from diffwhitted.scene import Scene
 
+from ._views import PART_PIXELS
+
 
 @dataclass(frozen=True)
 class FitKnob:
@@ -28,6 +30,8 @@ class FitKnob:
     """Of `fitting.fit`; None for what belongs to the scene."""
     default: Callable[[Scene, bool], Any] = field(repr=False)
     """What `fit` uses for a scene unless it is told otherwise, and whether a free coefficient moves rays decides."""
+    least_pixels: int = 0
+    """It has an effect on targets of so many, or more."""
 
 
 def _of_pictures(name: str, sweep: tuple, default: Callable[[Scene, bool], Any], argument: str | None) -> FitKnob:
@@ -43,7 +47,7 @@ FIT_KNOBS: tuple[FitKnob, ...] = (
     _of_pictures("footprint", (0, 1, 2), lambda scene, moving: scene.footprint or int(moving), "footprint"),
     FitKnob("coarse_to_fine", costs="without it, time: every step looks at all pixels of a large target",
             controls="nothing in the end, as the last steps look at all pixels", off=True, sweep=(True, False), group="steps",
-            text="all pixels from the start", argument="coarse_to_fine", default=lambda scene, moving: True),
+            text="all pixels from the start", argument="coarse_to_fine", default=lambda scene, moving: True, least_pixels=2 * PART_PIXELS),
 )
 """Every knob that trades accuracy for time in a fit."""
 

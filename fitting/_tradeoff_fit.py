@@ -135,7 +135,8 @@ def tradeoff_of_fits(scene: Scene, target: Target, free: Sequence[str], *, start
     first = start_values(scene, unknowns, {**_middle(unknowns), **(start or {})})
     begin = {u.name: float(value) for u, value in zip(unknowns, first, strict=True)}
     default = FitSettings.of(scene, any(u.row.moves_rays for u in unknowns), knobs)
-    programs = _programs(scene, names, default, combinations)
+    height, width = np.shape(target.image)[:2]
+    programs = _programs(scene, names, default, combinations, height * width)
 
     def run(settings: FitSettings) -> tuple[FitResult, float]:
         begun = time.perf_counter()
@@ -145,7 +146,6 @@ def tradeoff_of_fits(scene: Scene, target: Target, free: Sequence[str], *, start
         return result, time.perf_counter() - begun
 
     points, rounds, compiling = _measured(programs, run, _truth(scene, unknowns), unknowns, work)
-    height, width = np.shape(target.image)[:2]
     return FitTradeoff(width, height, points, default, begin, {u.name: u.bounds for u in unknowns}, rounds, compiling)
 
 
@@ -159,11 +159,11 @@ def _truth(scene: Scene, unknowns: tuple[Unknown, ...]) -> np.ndarray:
     return np.asarray([np.asarray(coefficient_value(scene, u.coefficient), np.float64).reshape(-1)[u.channel or 0] for u in unknowns])
 
 
-def _programs(scene: Scene, names: tuple[str, ...], default: FitSettings, combinations) -> dict[FitSettings, list[str]]:
+def _programs(scene: Scene, names: tuple[str, ...], default: FitSettings, combinations, pixels: int) -> dict[FitSettings, list[str]]:
     """The settings to measure, and the sweeps that each lies in."""
     effects = {d.name: d.on for d in decide_effects(scene, names)}
     branching, found = effects["reflection"] or effects["refraction"], {default: []}
-    swept = [knob for knob in default.knobs if branching or knob.group != "tree"]
+    swept = [knob for knob in default.knobs if (branching or knob.group != "tree") and pixels >= knob.least_pixels]
     for knob in swept:
         for value in knob.sweep:
             found.setdefault(default.only(**{knob.name: value}), []).append(knob.name)

@@ -50,10 +50,10 @@ def test_every_row_names_an_argument_of_fit():
 
 def test_settings_are_those_of_fit_by_default_and_read_as_text(scene):
     plain, moving = (FitSettings.of(scene, moves) for moves in (False, True))
-    assert plain.named() == {"depth": 5, "cutoff": 0.0, "samples": 1, "footprint": 0} and moving["footprint"] == 1
+    assert plain.named() == {"depth": 5, "cutoff": 0.0, "samples": 1, "footprint": 0, "coarse_to_fine": True} and moving["footprint"] == 1
     assert [str(s) for s in (plain, moving, plain.only(samples=3), moving.only(cutoff=0.25))] == [
         "depth 5, 1 point", "depth 5, footprint 1", "depth 5, 3 x 3 points", "depth 5, cutoff 0.25, footprint 1"]
-    assert moving.only(samples=2).arguments() == {"max_depth": 5, "samples": 2, "footprint": 0}
+    assert moving.only(samples=2).arguments() == {"max_depth": 5, "samples": 2, "footprint": 0, "coarse_to_fine": True}
 
 
 # Fits.
