@@ -6,13 +6,17 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ._errors import FitError
     from ._fit import fit
-    from ._result import FitResult, FitStep, FittedCoefficient, FitView
+    from ._result import FitResult, FitStage, FitStep, FittedCoefficient, FitView
     from ._target import Target
+    from ._tradeoff import Tradeoff, tradeoff
+    from ._tradeoff_plot import tradeoff_figure
 
-__all__ = ["FitError", "FitResult", "FitStep", "FitView", "FittedCoefficient", "Target", "fit"]
+__all__ = ["FitError", "FitResult", "FitStage", "FitStep", "FitView", "FittedCoefficient", "Target", "Tradeoff", "fit", "tradeoff",
+           "tradeoff_figure"]
 
-_HOMES = {"FitError": "_errors", "FitResult": "_result", "FitStep": "_result", "FitView": "_result",
-          "FittedCoefficient": "_result", "Target": "_target", "fit": "_fit"}
+_HOMES = {"FitError": "_errors", "FitResult": "_result", "FitStage": "_result", "FitStep": "_result", "FitView": "_result",
+          "FittedCoefficient": "_result", "Target": "_target", "Tradeoff": "_tradeoff", "fit": "_fit", "tradeoff": "_tradeoff",
+          "tradeoff_figure": "_tradeoff_plot"}
 
 
 def __getattr__(name: str):

@@ -108,7 +108,7 @@ def test_a_depth_at_which_nothing_would_be_seen_of_a_coefficient_is_left_out():
     scene = dw.Scene(objects=[dw.Sphere("a", (0, 0, 0), 1, "m"), dw.Sphere("b", (2, 0, 0), 1, "m")], materials={"m": mirror})
     default = FitSettings.of(scene, False)
     for names, depths in ((("m.k_s",), {2, 3, 4, 5, 8, 12}), (("m.k_a",), {1, 2, 3, 4, 5, 8, 12})):
-        programs = _tradeoff_fit._programs(scene, names, default, COMBINATIONS)
+        programs = _tradeoff_fit._programs(scene, names, default, COMBINATIONS, 24 * 18)
         assert {settings["depth"] for settings in programs} == depths
         assert default in programs and programs[default.only(depth=8, footprint=2)] == ["combination"]
 
