@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 import diffwhitted
-from diffwhitted._reference import rmse
+from diffwhitted.accuracy._reference import rmse
 
 from . import _povray
 from ._figures import Figure

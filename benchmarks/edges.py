@@ -12,7 +12,7 @@ import numpy as np
 
 import diffwhitted
 import fitting
-from diffwhitted._reference import rmse
+from diffwhitted.accuracy._reference import rmse
 from diffwhitted._render import record_passes, replay_passes, trace_pass
 from diffwhitted.tree import likely_room, make_plan
 

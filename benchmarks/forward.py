@@ -4,7 +4,7 @@ import jax
 import numpy as np
 
 import diffwhitted
-from diffwhitted._reference import rmse
+from diffwhitted.accuracy._reference import rmse
 
 from . import _mitsuba, _povray
 from ._figures import Figure

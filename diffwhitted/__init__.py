@@ -15,11 +15,10 @@ The precision of a scene is that of its arrays, float32 unless it is made or loa
 
 from ._antialias import Antialiased, antialias
 from ._bound import Bounded, render_with_bound
-from ._choose import Choice, Measured, choose, measure
 from ._derivative import Derivative, derivative
 from ._errors import CapacityError, InputError, SceneError
-from ._knobs import KNOBS, Knob, Settings
 from ._render import plan, render
+from .accuracy import KNOBS, Choice, Knob, Measured, Settings, choose, measure
 from .cost import Explanation, RayMaps, explain, ray_maps
 from .formats import load_scene, parse_scene, save_scene, scene_schema
 from .image import read_image, write_image

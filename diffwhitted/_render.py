@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from ._antialias import antialias as adaptive
-from ._choose import choose
 from ._errors import CapacityError, SceneError
 from ._workers import side_by_side
+from .accuracy import choose
 from .image import gathered
 from .scene import Camera, Scene, depth_number, is_traced, split_name, tabulate, whole_number
 from .tree import Beyond, Plan, Record, grid, likely_room, make_plan, record, replay, sample_places, trace

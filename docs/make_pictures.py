@@ -1,4 +1,5 @@
-"""Makes the pictures of the README: target, start and fit of the example side by side; points and footprints enlarged; error against time.
+"""Makes the pictures of the README: target, start and fit of the example side by side; points and footprints enlarged; error
+against time; where the rays are.
 
 Run from the top of the repository, after `make demo`: python docs/make_pictures.py
 """
@@ -11,6 +12,7 @@ import numpy as np
 
 import diffwhitted
 from fitting._error_plot import write_figure
+from fitting._maps_plot import write_maps
 from fitting._tradeoff import sentences, tradeoff
 from fitting._tradeoff_plot import tradeoff_figure
 
@@ -41,3 +43,7 @@ scene = diffwhitted.load_scene(EXAMPLES / "three_spheres.toml")
 found = tradeoff(scene, scene.cameras["main"].resized(320, 240))
 print(*sentences(found), *(f"{p.settings}: {p.rmse:.2g}, {p.seconds * 1e3:.0f} ms" for p in found.points), sep="\n")
 write_figure(tradeoff_figure(found), Path("docs/tradeoff.png"))
+
+scene = diffwhitted.load_scene(EXAMPLES / "glass_between_spheres.toml")
+camera = scene.cameras["main"].resized(320, 240)
+write_maps(diffwhitted.ray_maps(scene, camera), np.asarray(diffwhitted.render(scene, camera)), Path("docs/rays.png"))

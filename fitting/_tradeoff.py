@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from diffwhitted import KNOBS, Camera, InputError, Scene, Settings
-from diffwhitted._choose import MARGIN, in_precision, spread_pixels
-from diffwhitted._reference import Reference, reference, rmse
-from diffwhitted._survey import Candidate, base_settings, cheapest, front, survey
-from diffwhitted._tracer import Tracer
+from diffwhitted.accuracy._choose import MARGIN, in_precision, spread_pixels
+from diffwhitted.accuracy._reference import Reference, reference, rmse
+from diffwhitted.accuracy._survey import Candidate, base_settings, cheapest, front, survey
+from diffwhitted.accuracy._tracer import Tracer
 
 CONVERGED = 0.1
 """Of the smallest error: two references that differ by less tell the errors apart."""

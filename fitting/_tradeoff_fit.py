@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from diffwhitted import Scene, decide_effects
-from diffwhitted._survey import front
+from diffwhitted.accuracy._survey import front
 from diffwhitted.scene import coefficient_value
 
 from ._bounds import Bounds

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from benchmarks.supersampled import SCENES, area_true, changed, cosine, filtered, reference, relative
 
-from diffwhitted._reference import rmse
+from diffwhitted.accuracy._reference import rmse
 from diffwhitted._render import traced_passes
 from diffwhitted.tree import make_plan
 

@@ -15,7 +15,7 @@ import pytest
 from benchmarks.supersampled import area_true, cosine, relative
 
 import diffwhitted as dw
-from diffwhitted._reference import rmse
+from diffwhitted.accuracy._reference import rmse
 from diffwhitted._render import render_passes
 from diffwhitted.tree import make_plan
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import diffwhitted as dw
-from diffwhitted._choose import spread_pixels
-from diffwhitted._reference import reference, rmse
-from diffwhitted._survey import cheapest, front, survey
-from diffwhitted._tracer import Tracer
+from diffwhitted.accuracy._choose import spread_pixels
+from diffwhitted.accuracy._reference import reference, rmse
+from diffwhitted.accuracy._survey import cheapest, front, survey
+from diffwhitted.accuracy._tracer import Tracer
 from fitting._fit_knobs import FIT_KNOBS
 from fitting._tradeoff import CONVERGED, Point, Tradeoff, bound_text, bound_value, recommendation, sentences
 from fitting._tradeoff_fit import tradeoff_of_fits

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import secrets
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+
+from fitting._outputs import explained, write_whole
 
 SHOWN = 99.5
 """Percentile of the values at which the colours end; a few pixels may be far beyond."""
@@ -32,9 +32,5 @@ def signed_picture(path: Path, images: Sequence[np.ndarray], name: str) -> None:
         axis.set_xticks([])
         axis.set_yticks([])
     panels.colorbar(drawn, ax=list(axes), shrink=0.9, extend="both", label="linear RGB, mean of the channels")
-    temporary = path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
-    try:
-        panels.savefig(temporary)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with explained(path):
+        write_whole(path, panels.savefig)

@@ -7,12 +7,12 @@ from math import isfinite
 import jax
 import numpy as np
 
-from ._errors import InputError
+from .._errors import InputError
+from ..scene import Camera, Scene, float_dtype, is_traced
 from ._knobs import Settings
 from ._reference import Reference, reference, rmse
 from ._survey import Candidate, cheapest, survey
 from ._tracer import Tracer
-from .scene import Camera, Scene, float_dtype, is_traced
 
 PART = 4096
 """So many pixels serve the search, and as many others the check."""

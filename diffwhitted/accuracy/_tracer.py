@@ -13,13 +13,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from ._antialias import antialias, compile_antialias
-from ._errors import CapacityError
+from .._antialias import antialias, compile_antialias
+from .._errors import CapacityError
+from .._radiance_bound import most_beyond
+from .._workers import processors, side_by_side
+from ..scene import DEEPEST, Camera, Scene, tabulate
+from ..tree import Beyond, Plan, Samples, likely_room, make_plan, sample_places, trace, trace_left_out
 from ._knobs import Settings
-from ._radiance_bound import most_beyond
-from ._workers import processors, side_by_side
-from .scene import DEEPEST, Camera, Scene, tabulate
-from .tree import Beyond, Plan, Samples, likely_room, make_plan, sample_places, trace, trace_left_out
 
 MOST_PLACES = 64
 """Places in a pixel that one call of a program takes; more of them take several calls."""

@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
-from ._antialias import check_threshold
-from ._errors import SceneError
-from .scene import DEEPEST, Scene, check_footprint, whole_number
+from .._antialias import check_threshold
+from .._errors import SceneError
+from ..scene import DEEPEST, Scene, check_footprint, whole_number
 
 EXCLUSIVE = ("pixel",)
 """Groups of which one knob at most is turned on."""
