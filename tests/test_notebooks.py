@@ -60,7 +60,7 @@ def check_outputs(notebook):
 
 def test_all_notebooks_are_there():
     assert [path.name for path in NOTEBOOKS] == ["1_how_a_ray_becomes_a_pixel.ipynb", "2_how_a_picture_becomes_coefficients.ipynb",
-                                                 "3_why_edges_matter.ipynb"]
+                                                 "3_why_edges_matter.ipynb", "4_what_accuracy_costs.ipynb"]
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
