@@ -15,6 +15,7 @@ from ._errors import FitError
 from ._outcome import UNIT, outcome, with_runs
 from ._problem import Problem, any_moves, prepared
 from ._result import FitResult, FitStep
+from ._solve import compile_solver
 from ._stages import run, stages_of
 from ._target import Target, as_targets
 from ._unknowns import free_coefficients, list_unknowns, start_values
@@ -58,6 +59,7 @@ def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float
         footprint = scene.footprint or (samples if any_moves(unknowns) else 0)
     problem, scale = _build(scene, targets, names, unknowns, first, samples, max_depth, footprint)
     stages = stages_of(problem, targets, coarse_to_fine)
+    compile_solver(problem, first)
     seconds_compile, solutions = time.perf_counter() - begun, []
     for point in _starting_points(first, unknowns, starts):
         solutions.append(run(stages, point, max_steps, on_step, scale))

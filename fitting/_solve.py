@@ -95,9 +95,7 @@ def solve(problem: Problem, start: np.ndarray, *, max_steps: int, at_rest: Calla
     """
     begun, method = time.perf_counter(), _method(problem.scene.dtype)
     x = problem.bounds.unknowns(jnp.asarray(start, float))
-    state = first_state(method, x)
-    if boldness is not None:
-        state = eqx.tree_at(_boldness, state, jnp.asarray(boldness, _boldness(state).dtype))
+    state = _bold(first_state(method, x), boldness)
     history, rejected, best = [], 0, None
 
     def note(here: Look, accepted: bool) -> Look:
@@ -129,8 +127,21 @@ def solve(problem: Problem, start: np.ndarray, *, max_steps: int, at_rest: Calla
                     np.zeros_like(best.values))
 
 
+def compile_solver(problem: Problem, start: np.ndarray) -> None:
+    """Compile what `solve` needs beside the residuals, which is kept."""
+    method, x = _method(problem.scene.dtype), problem.bounds.unknowns(jnp.asarray(start, float))
+    nothing = LinearModel(x, jnp.zeros(x.size + 1, x.dtype), jnp.zeros((x.size + 1, x.size), x.dtype))
+    advance(method, x, _bold(first_state(method, x), None), nothing)
+
+
 def _boldness(state):
     return state.search_state.step_size
+
+
+def _bold(state, boldness: float | None):
+    """The state with that boldness, or its own; in either case as a number of one type, for which the step is compiled once."""
+    own = _boldness(state)
+    return eqx.tree_at(_boldness, state, jnp.asarray(float(own) if boldness is None else boldness, own.dtype))
 
 
 def _promise(problem: Problem, here: Look) -> tuple[np.ndarray, float]:

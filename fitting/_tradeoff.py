@@ -13,6 +13,7 @@ from diffwhitted.accuracy._choose import MARGIN, in_precision, spread_pixels
 from diffwhitted.accuracy._reference import Reference, reference, rmse
 from diffwhitted.accuracy._survey import Candidate, base_settings, cheapest, front, survey
 from diffwhitted.accuracy._tracer import Tracer
+from diffwhitted.scene import whole_number
 
 CONVERGED = 0.1
 """Of the smallest error: two references that differ by less tell the errors apart."""
@@ -92,15 +93,17 @@ class Tradeoff:
         }
 
 
-def tradeoff(scene: Scene, camera: Camera, tolerance: float = 1 / 255, on_work: OnWork | None = None) -> Tradeoff:
+def tradeoff(scene: Scene, camera: Camera, tolerance: float = 1 / 255, on_work: OnWork | None = None, rounds: int | None = None) -> Tradeoff:
     """Sweep the knobs, each alone from what the scene asks for with one filtered tree a pixel, and their useful combinations.
 
     A combination is useful if a survey foretells that no other is better in both error and time, and that it is at least a
     fifth more accurate than the last cheaper one. The reference is refined until it is certain to a tenth of the smallest
-    error, or as far as it goes. Raises `InputError` for a tolerance that is not above 0, and `CapacityError` as `render` does.
+    error, or as far as it goes. Each setting is timed in so many `rounds`; by default in 5 to 15, by what the machine does in
+    about 20 s. Raises `InputError` for a tolerance that is not above 0 or rounds that are no whole number, and `CapacityError` as `render` does.
     """
     if not (np.isfinite(tolerance) and tolerance > 0):
         raise InputError(f"tolerance = {tolerance!r}; allowed is a number above 0, such as 1/255")
+    rounds = None if rounds is None else whole_number(rounds, "rounds", error=InputError)
     work = on_work or (lambda text, done: None)
     tracer, asked = Tracer(scene, camera), Settings.of(scene)
     work("compiling; less to do next time", 0.0)
@@ -111,7 +114,7 @@ def tradeoff(scene: Scene, camera: Camera, tolerance: float = 1 / 255, on_work: 
     some = spread_pixels(camera.width * camera.height, SURVEYED)
     candidates = survey(tracer, truth.pixels[some], some)
     tracers, programs = {scene.precision: tracer}, _programs(tracer, asked, candidates, tolerance)
-    points, rounds = _measured(tracers, programs, truth, camera, work)
+    points, rounds = _measured(tracers, programs, truth, camera, work, rounds)
     compiling = sum(t.seconds_compile for t in tracers.values())
     picture = truth.pixels.reshape(camera.height, camera.width, 3)
     return Tradeoff(camera.width, camera.height, points, asked, tolerance, str(truth), truth.difference, rounds, compiling, picture)
@@ -157,7 +160,7 @@ def _has_float64() -> bool:
 
 
 def _measured(tracers: dict[str, Tracer], programs: dict[Settings, list[str]], truth: Reference, camera: Camera,
-              work: OnWork) -> tuple[tuple[Point, ...], int]:
+              work: OnWork, rounds: int | None) -> tuple[tuple[Point, ...], int]:
     """Every setting once for its picture, then in turns for its time."""
     (tracer,) = tracers.values()
     points, runs = {}, {settings: [] for settings in programs}
@@ -169,7 +172,7 @@ def _measured(tracers: dict[str, Tracer], programs: dict[Settings, list[str]], t
         bound = None if beyond is None else float(beyond.max())
         points[settings] = Point(settings, tuple(sweeps), *_errors(found.pixels, truth.pixels, camera), found.rays, found.seconds, bound)
     once = sum(point.seconds for point in points.values())
-    rounds = int(np.clip(ROUNDS_SECONDS / once, FEWEST_ROUNDS, MOST_ROUNDS))
+    rounds = rounds or int(np.clip(ROUNDS_SECONDS / once, FEWEST_ROUNDS, MOST_ROUNDS))
     for number in range(rounds):
         work(f"timing all settings in turns, round {number + 1} of {rounds}", 0.8 + 0.2 * number / rounds)
         for settings, seconds in runs.items():

@@ -120,9 +120,9 @@ def test_the_derivative_is_that_of_the_area(name, what, step, like, off):
 
 
 def lantern():
-    """A triangle behind glass, both without lamps: outlines, and no more."""
-    objects = [dw.Sphere("ball", [0, 0, 0], 1, "ball"), dw.Polygon("sail", [[-1.2, -0.9, -1.2], [0.9, -0.6, -2.2], [-0.5, 0.9, -1.8]], "sail")]
-    materials = {"ball": dw.Material(k_t=0.9, refractive_index=1.5), "sail": dw.Material(k_a=(0.1, 0.6, 0.2))}
+    """A stone behind glass, both without lamps: outlines, and no more."""
+    objects = [dw.Sphere("ball", [0, 0, 0], 1, "ball"), dw.Sphere("stone", [-0.4, -0.2, -1.7], 0.6, "stone")]
+    materials = {"ball": dw.Material(k_t=0.9, refractive_index=1.5), "stone": dw.Material(k_a=(0.1, 0.6, 0.2))}
     return dw.Scene(objects=objects, materials=materials, background=dw.GradientBackground((0.1, 0.2, 0.6), (0.9, 0.7, 0.2)),
                     cameras={"main": dw.Camera([0, 0.8, 5], [0.1, 0, 0], 36, 24, 18)})
 
