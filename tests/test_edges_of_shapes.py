@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from benchmarks.supersampled import area_true, cosine, relative
+from conftest import SOON_COMPILED
 
 import diffwhitted as dw
 from diffwhitted.accuracy._reference import rmse
@@ -139,7 +140,7 @@ def test_reverse_mode_sees_edges_move():
         image, needed = render_passes(eqx.combine(arrays, rest), eqx.combine(arrays, rest).cameras["main"], plan)
         return ((image - 0.5) ** 2).sum(), needed
 
-    backward = jax.jit(jax.value_and_grad(loss, has_aux=True))
+    backward = jax.jit(jax.value_and_grad(loss, has_aux=True), compiler_options=SOON_COMPILED)
     (_, needed), gradient = backward(arrays)
     assert needed <= plan.capacity
     reverse = sum((np.asarray(g, np.float64) * np.asarray(v)).sum() for g, v in zip(jax.tree.leaves(gradient), jax.tree.leaves(along), strict=True))

@@ -31,7 +31,7 @@ def target(index):
     return area_true(changed(scene, index, 0.0), camera, 24).astype(np.float32)
 
 
-@pytest.mark.parametrize("truth, start", [(1.33, 1.05), (1.33, 1.8), (1.33, 2.4), (1.5, 1.1), (1.5, 1.2), (1.5, 2.1), (2.2, 1.05), (2.2, 1.33), (2.2, 1.5)])
+@pytest.mark.parametrize("truth, start", [(1.33, 1.05), (1.33, 2.4), (1.5, 1.1), (1.5, 2.1), (2.2, 1.05), (2.2, 1.5)])
 def test_the_index_is_found_from_far_away(truth, start):
     """`benchmarks/edges.py` tries each truth from all of these starts."""
     scene, _ = small_spheres()

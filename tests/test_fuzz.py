@@ -12,6 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from conftest import SOON_COMPILED
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -89,7 +90,7 @@ def derivatives(kind):
     """The image and both derivatives, with everything free, as one program."""
     plans = []
 
-    @eqx.filter_jit
+    @eqx.filter_jit(compiler_options=SOON_COMPILED)
     def program(scene, seed):
         keys = iter(jax.random.split(jax.random.key(seed), 64))
         arrays, rest = eqx.partition(scene, eqx.is_array)

@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from conftest import SOON_COMPILED
 
 import diffwhitted as dw
 from diffwhitted.tree import make_plan
@@ -96,8 +97,8 @@ class Derivatives:
         self.values = values
         self.weights = np.random.default_rng(8).normal(size=(HEIGHT, WIDTH, 3))
         self._still = jax.tree.map(jnp.zeros_like, values)
-        self._forward = jax.jit(lambda values, tangents: jax.jvp(image, (values,), (tangents,)))
-        self._reverse = jax.jit(lambda values, weights: jax.vjp(image, values)[1](weights)[0])
+        self._forward = jax.jit(lambda values, tangents: jax.jvp(image, (values,), (tangents,)), compiler_options=SOON_COMPILED)
+        self._reverse = jax.jit(lambda values, weights: jax.vjp(image, values)[1](weights)[0], compiler_options=SOON_COMPILED)
 
     def forward(self, name, tangent):
         return np.asarray(self._forward(self.values, self._still | {name: jnp.asarray(tangent)})[1])
@@ -204,7 +205,7 @@ def test_derivative_at_exactly_zero():
         value, slope = jax.jvp(image, (jnp.zeros(2),), (jnp.asarray(tangent),))
         assert (value == 0).all()
         np.testing.assert_allclose(slope, expected[k], atol=1e-12)
-    gradient = jax.jit(jax.grad(lambda values: image(values, plan).sum()))(jnp.zeros(2))
+    gradient = jax.jit(jax.grad(lambda values: image(values, plan).sum()), compiler_options=SOON_COMPILED)(jnp.zeros(2))
     np.testing.assert_allclose(gradient, [e.sum() for e in expected], rtol=1e-12)
     # A plan made for zeros leaves the effects out: the derivative is gone with them.
     assert not make_plan(scene, camera).effects.branching
@@ -293,7 +294,7 @@ def test_vmap_equals_a_loop(changed, values):
         changed_scene, camera = changed(scene, value)
         return dw.render(changed_scene, camera, plan=plan)
 
-    together = jax.jit(jax.vmap(image))(jnp.asarray(values))
+    together = jax.jit(jax.vmap(image), compiler_options=SOON_COMPILED)(jnp.asarray(values))
     one_by_one = np.stack([image(jnp.asarray(value)) for value in values])
     np.testing.assert_allclose(together, one_by_one, atol=1e-12)
     assert np.abs(one_by_one[0] - one_by_one[1]).max() > 0.05
