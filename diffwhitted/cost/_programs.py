@@ -10,6 +10,7 @@ from typing import Any
 import equinox as eqx
 import jax
 import numpy as np
+from jax.experimental.compilation_cache import compilation_cache
 
 from .._workers import side_by_side
 
@@ -52,13 +53,15 @@ def compiled(work: Callable, inputs: list) -> Program:
 
 @contextmanager
 def _nothing_kept():
-    """Programs are compiled, not read from the user's cache."""
-    before = jax.config.jax_enable_compilation_cache
-    jax.config.update("jax_enable_compilation_cache", False)
+    """Programs are compiled, not read from the user's cache, and not written to it. JAX looks only once whether there is one."""
+    folder = jax.config.jax_compilation_cache_dir
+    jax.config.update("jax_compilation_cache_dir", None)
+    compilation_cache.reset_cache()
     try:
         yield
     finally:
-        jax.config.update("jax_enable_compilation_cache", before)
+        jax.config.update("jax_compilation_cache_dir", folder)
+        compilation_cache.reset_cache()
 
 
 def timed(programs: dict[str, Program]) -> dict[str, np.ndarray]:

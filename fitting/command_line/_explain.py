@@ -136,7 +136,7 @@ def _cost_table(explanation: Explanation) -> Table:
 def _about_cost(cost: PictureCost) -> str:
     parts = ", ".join(f"{name} {share:.0%}" for name, share in asdict(cost.work).items())
     return (f"Of the time: {parts}. Overhead is the way along known rays, intersection the search for what rays and shadow rays "
-            "meet, shading the light. What two effects share counts in both.")
+            "meet, shading the light. What two effects share counts in both. Each was compiled once: less than a fifth is noise there.")
 
 
 def _ray_table(rays: RayCounts) -> Table:
