@@ -22,6 +22,10 @@ from ._unknowns import free_coefficients, list_unknowns, start_values
 from ._views import PART_PIXELS, PART_RAYS, view_of
 
 
+SPARE = 1.4
+"""Moving rays come to be more: so many times the likely room, for more room later would be another program."""
+
+
 def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float] | None = None,
         bounds: Mapping[str, tuple[float, float]] | None = None, starts: int = 1, samples: int = 1,
         max_depth: int | None = None, footprint: int | None = None, max_steps: int = 100,
@@ -81,7 +85,7 @@ def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, sa
     for target in targets:
         camera = scene.cameras[target.camera]
         weight = np.sqrt(target.mask) / (UNIT if target.noise is None else target.noise) / np.sqrt(total)
-        room = likely_room(camera, PART_PIXELS)
+        room = int(likely_room(camera, PART_PIXELS) * (SPARE if moving else 1))
         plan = make_plan(scene, camera, free=names, max_depth=max_depth, capacity=room, footprint=footprint,
                          pass_of=PART_PIXELS, block_of=PART_RAYS)
         views.append(view_of(camera, target.image, weight, places[:, None] if moving else places[None], 1 / max(footprint, 1), plan))

@@ -14,7 +14,7 @@ from diffwhitted.image import dealt, gathered
 from diffwhitted.scene import Camera
 from diffwhitted.tree import Plan, Record, Samples, sample_places
 
-PART_PIXELS, PART_RAYS = 26_000, 2_000
+PART_PIXELS, PART_RAYS = 20_000, 2_000
 """A target is looked at in passes of no more pixels and blocks of no more rays: with a column for each unknown, larger ones outgrow
 the cache, and the memory of larger passes is fetched anew for each look (measured with 18 unknowns)."""
 
