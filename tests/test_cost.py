@@ -7,6 +7,7 @@ import pytest
 
 import diffwhitted as dw
 from diffwhitted.cost._effects import picture_cost
+from diffwhitted.cost._work import work_programs
 from diffwhitted.tree import make_plan
 
 SKY = (0.2, 0.4, 0.8)
@@ -44,6 +45,17 @@ def test_an_effect_is_measured_against_the_picture_without_it():
     camera, said = scene().cameras["main"], []
     cost = picture_cost(scene(), camera, make_plan(scene(), camera, capacity=5 * 32 * 24), ["refraction"], said.append)
     counts = dw.explain(scene(), camera, measure=False).rays
+    assert cost.rays == counts.total
     assert cost.effects["refraction"].rays > counts.by_kind["transmitted"] and said[1] == "the picture without refraction"
     assert cost.effects["refraction"].compile_share < 1 and cost.seconds > 0
     assert cost.work.overhead + cost.work.intersection + cost.work.shading == pytest.approx(1) and 0 < cost.work.overhead < 1
+
+
+def test_the_parts_are_those_of_all_trees_of_a_pixel():
+    """2 x 2 of them."""
+    ball = dw.Scene(objects=[dw.Sphere("ball", (0, 0, 0), 1, "paint")], materials={"paint": dw.Material(k_a=0.5, k_h=0)}, footprint=2,
+                    cameras={"main": dw.Camera((0, 0, 4), (0, 0, 0), 40, 8, 6)})
+    plan = make_plan(ball, ball.cameras["main"], capacity=4 * 8 * 6)
+    parts = work_programs(ball, ball.cameras["main"], plan)
+    assert [trees.descendants.shape for trees in parts["search"].run()] == [(4,)]
+    assert [points.shape for points in parts["walk"].run()] == [(4, 3, plan.pass_pixels)]

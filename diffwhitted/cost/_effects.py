@@ -28,7 +28,7 @@ class EffectCost:
     compile_share: float
     """The same of the processor time to compile, from one run."""
     rays: int
-    """Of those of `RayCounts` without shadow rays; with an effect that bends or ends no ray it is 0."""
+    """How many fewer the picture takes without it; 0 for an effect that bends or ends no ray."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,8 @@ class PictureCost:
     """To trace it once, compiled: the median of some runs."""
     seconds_compile: float
     """Processor seconds."""
+    rays: int
+    """Of all samples, without shadow rays."""
     effects: dict[str, EffectCost]
     work: Work
 
@@ -47,34 +49,30 @@ def picture_cost(scene: Scene, camera: Camera, plan: Plan, on: Collection[str], 
     """Measure the picture, the picture without each effect of `on`, and the parts of its work."""
     say("the whole picture")
     _picture(scene, camera, plan)  # what JAX traces and compiles for all of them is there from now on
-    pictures = {"": _picture(scene, camera, plan)}
+    pictures, rays = {}, {}
+    pictures[""], rays[""] = _picture(scene, camera, plan)
     for name in on:
         say(f"the picture without {name.replace('_', ' ')}")
         changed, cut = _without(scene, plan, name)
-        pictures[name] = _picture(changed, camera, cut)
-    rays = {name: _descendants(program) for name, program in pictures.items()}
+        pictures[name], rays[name] = _picture(changed, camera, cut)
     say("its parts")
     seconds = timed(pictures | work_programs(scene, camera, plan))
     whole, search, walk = (seconds.pop(name) for name in ("", "search", "walk"))
     effects = {name: EffectCost(*share_without(whole, less), 1 - pictures[name].seconds_compile / pictures[""].seconds_compile, rays[""] - rays[name])
                for name, less in seconds.items()}
     overhead, shading = float(np.median(walk / whole)), share_without(whole, search)[0]
-    return PictureCost(float(np.median(whole)), pictures[""].seconds_compile, effects, Work(overhead, 1 - overhead - shading, shading))
+    return PictureCost(float(np.median(whole)), pictures[""].seconds_compile, rays[""], effects, Work(overhead, 1 - overhead - shading, shading))
 
 
-def _picture(scene: Scene, camera: Camera, plan: Plan) -> Program:
-    """One sample a pixel as `render` traces it, with room for its rays."""
+def _picture(scene: Scene, camera: Camera, plan: Plan) -> tuple[Program, int]:
+    """The picture as `render` traces it, with room for its rays, and how many they are."""
+    inputs = [(scene, number) for number in jnp.arange(plan.passes, dtype=jnp.int32)]
     while True:
-        inputs = [(scene, number) for number in jnp.arange(plan.passes, dtype=jnp.int32)]
         program = compiled(lambda given, plan=plan: trace_samples(given[0], camera, plan, given[1], 1), inputs)
-        needed = max(int(descendants.max()) for _, descendants in program.run())
-        if needed <= plan.capacity:
-            return program
-        plan = plan.with_capacity(2 * needed)
-
-
-def _descendants(program: Program) -> int:
-    return sum(int(np.asarray(descendants, np.int64).sum()) for _, descendants in program.run())
+        descendants = np.asarray([needed for _, needed in program.run()], np.int64)
+        if descendants.max() <= plan.capacity:
+            return program, camera.width * camera.height * max(plan.footprint, 1) ** 2 + int(descendants.sum())
+        plan = plan.with_capacity(2 * int(descendants.max()))
 
 
 def _without(scene: Scene, plan: Plan, effect: str) -> tuple[Scene, Plan]:

@@ -2,12 +2,11 @@
 
 from dataclasses import dataclass
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 
 from ..scene import Camera, Scene, tabulate
-from ..tree import Plan, grid, record, replay
+from ..tree import Plan, grid, record, replay, sample_places
 from ._programs import Program, compiled
 
 
@@ -28,18 +27,23 @@ class Work:
 
 def work_programs(scene: Scene, camera: Camera, plan: Plan) -> dict[str, Program]:
     """Two parts of the picture as programs: the search and all that it needs, and the way along known rays alone."""
-    place = jnp.full(2, 0.5, scene.dtype)
+    places = sample_places(max(plan.footprint, 1), scene.dtype)
     numbers = list(jnp.arange(plan.passes, dtype=jnp.int32))
 
     def search(given):
         scene, number = given
-        return record(tabulate(scene), camera, plan, grid(plan, camera, number, place))
+        return jax.lax.map(lambda place: record(tabulate(scene), camera, plan, grid(plan, camera, number, place)), places)
 
     searching = compiled(search, [(scene, number) for number in numbers])
 
     def walk(given):
-        scene, number, tree = given
-        samples = grid(plan, camera, number, place)
-        return replay(tabulate(scene), camera, tree, plan, samples, lambda tables, plan, nodes, at, needed: at.point, forward=True).stacked(axis=0)
+        scene, number, trees = given
 
-    return {"search": searching, "walk": compiled(walk, [(scene, number, tree) for number, tree in zip(numbers, searching.run(), strict=True)])}
+        def points(sample):
+            tree, place = sample
+            samples = grid(plan, camera, number, place)
+            return replay(tabulate(scene), camera, tree, plan, samples, lambda tables, plan, nodes, at, needed: at.point, forward=True).stacked(axis=0)
+
+        return jax.lax.map(points, (trees, places))
+
+    return {"search": searching, "walk": compiled(walk, [(scene, number, trees) for number, trees in zip(numbers, searching.run(), strict=True)])}

@@ -125,7 +125,7 @@ def _cost_table(explanation: Explanation) -> Table:
     table = plain_table("without", "time", "compile", "rays")
     for column in table.columns[1:]:
         column.justify = "right"
-    table.add_row("(the picture)", f"{1000 * explanation.cost.seconds:.3g} ms", f"{explanation.cost.seconds_compile:.2g} CPU s", f"{explanation.rays.total:,}")
+    table.add_row("(the picture)", f"{1000 * explanation.cost.seconds:.3g} ms", f"{explanation.cost.seconds_compile:.2g} CPU s", f"{explanation.cost.rays:,}")
     measured = [(effect.name, effect.cost) for effect in explanation.effects if effect.cost is not None]
     for name, cost in sorted(measured, key=lambda pair: -pair[1].share):
         table.add_row(_words(name), "below noise" if cost.below_noise else f"{-cost.share:+.0%}", f"{-cost.compile_share:+.0%}",
