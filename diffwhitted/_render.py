@@ -88,11 +88,8 @@ def plan(scene: Scene, camera: Camera, *, free: tuple[str, ...] = (), max_depth:
     max_depth = depth_number(max_depth)
     camera = camera.in_precision(scene.dtype)
     guess = make_plan(scene, camera, free=free, max_depth=max_depth, capacity=likely_room(camera), footprint=footprint)
-    while True:
-        needed = int(np.max(record_passes(scene, camera, guess).descendants))
-        if needed <= guess.capacity:
-            return guess.with_capacity(int(1.1 * needed))
-        guess = guess.with_capacity(2 * needed)
+    guess, trees = recorded_with_room(scene, camera, guess)
+    return guess.with_capacity(int(1.1 * int(np.max(trees.descendants))))
 
 
 def _check(plan: Plan, scene: Scene, camera: Camera, traced: bool):
@@ -176,6 +173,16 @@ def record_passes(scene: Scene, camera: Camera, plan: Plan, place=None) -> Recor
     """The recorded trees of all passes, stacked."""
     tables, place = tabulate(scene), _centre(scene) if place is None else place
     return jax.lax.map(lambda number: record(tables, camera, plan, grid(plan, camera, number, place)), _pass_numbers(plan))
+
+
+def recorded_with_room(scene: Scene, camera: Camera, plan: Plan) -> tuple[Plan, Record]:
+    """The same, and the plan with as much room as they turn out to need."""
+    while True:
+        trees = record_passes(scene, camera, plan)
+        needed = int(np.max(trees.descendants))
+        if needed <= plan.capacity:
+            return plan, trees
+        plan = plan.with_capacity(2 * needed)
 
 
 @eqx.filter_jit

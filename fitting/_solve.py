@@ -130,8 +130,7 @@ def solve(problem: Problem, start: np.ndarray, *, max_steps: int, at_rest: Calla
 def compile_solver(problem: Problem, start: np.ndarray) -> None:
     """Compile what `solve` needs beside the residuals, which is kept."""
     method, x = _method(problem.scene.dtype), problem.bounds.unknowns(jnp.asarray(start, float))
-    nothing = LinearModel(x, jnp.zeros(x.size + 1, x.dtype), jnp.zeros((x.size + 1, x.size), x.dtype))
-    advance(method, x, _bold(first_state(method, x), None), nothing)
+    advance(method, x, _bold(first_state(method, x), None), _flat(x))
 
 
 def _boldness(state):
@@ -173,7 +172,7 @@ _OPTIONS, _TAGS = {"jac": "bwd"}, frozenset()
 @eqx.filter_jit
 def first_state(method, x: Float[Array, "p"]):
     """The solver's state before its first step."""
-    nothing = LinearModel(x, jnp.zeros(x.size + 1, x.dtype), jnp.zeros((x.size + 1, x.size), x.dtype))
+    nothing = _flat(x)
     return method.init(nothing, x, None, _OPTIONS, jax.eval_shape(lambda: nothing.residual), None, _TAGS)
 
 
@@ -182,6 +181,11 @@ def advance(method, x: Float[Array, "p"], state, model: LinearModel):
     """One step with the model at the point that the state asks for: the best point, the new state, and whether it ended."""
     x, state, _ = method.step(model, x, None, _OPTIONS, state, _TAGS)
     return x, state, method.terminate(model, x, None, _OPTIONS, state, _TAGS)[0]
+
+
+def _flat(x: Float[Array, "p"]) -> LinearModel:
+    """A model of the right shapes."""
+    return LinearModel(x, jnp.zeros(x.size + 1, x.dtype), jnp.zeros((x.size + 1, x.size), x.dtype))
 
 
 def _linear_model(problem: Problem, here: Look) -> LinearModel:

@@ -61,19 +61,19 @@ def stages_of(problem: Problem, targets: tuple[Target, ...], coarse_to_fine: boo
     for blur in blurs(camera.width, camera.height)[:-1] if moving else ():
         step = _step(problem, blur) if coarse_to_fine else 1
         squares = f"squares of {step} x {step} pixels, " if step > 1 else ""
-        found.append(Stage(f"{squares}blurred by {blur:.3g} pixels", changed(problem, coarser, step), blur, settled, False))
+        found.append(Stage(f"{squares}blurred by {blur:.3g} pixels", _changed(problem, coarser, step), blur, settled, False))
     passes = min(view.passes for view in problem.views)
     count = max(1, min(processors(), passes // SHARE))
     if coarse_to_fine and passes >= SHARE:
         errors = ERRORS * (passes / count) ** 0.5
-        found.append(Stage(f"one pixel in {passes // count}", changed(problem, some_passes, count), 0.0, rest(errors), False))
+        found.append(Stage(f"one pixel in {passes // count}", _changed(problem, some_passes, count), 0.0, rest(errors), False))
     found.append(Stage("all pixels", problem, 0.0, rest(), True))
     if moving and problem.views[0].parts[0].plan.footprint:
-        found.append(Stage("all pixels, 2 x 2 trees in place of each", changed(problem, finer), 0.0, rest(), True))
+        found.append(Stage("all pixels, 2 x 2 trees in place of each", _changed(problem, finer), 0.0, rest(), True))
     return found
 
 
-def changed(problem: Problem, change: Callable, *how) -> Problem:
+def _changed(problem: Problem, change: Callable, *how) -> Problem:
     """The problem with each of its views changed."""
     return replace(problem, views=tuple(change(view, *how) for view in problem.views))
 

@@ -26,7 +26,7 @@ def studio():
     return dw.Scene(objects=objects, materials=materials, lights=[dw.PointLight((3, 5, 4), 1)], cameras={"main": dw.Camera((0, 1, 5), (0, 0, 0), 40, 48, 36)})
 
 
-def view(passes, random, plan=None, footprint=0):
+def view(passes, random, footprint=0):
     """A view of noise, some of it masked."""
     scene = studio()
     camera = scene.cameras["main"]

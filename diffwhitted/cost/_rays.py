@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._antialias import antialias
-from .._render import record_passes, replay_passes
+from .._render import recorded_with_room, replay_passes
 from ..scene import Camera, ConstantBackground, DirectionalLight, Material, PointLight, Scene, depth_number
 from ..tree import BRANCH_NAMES, Plan, Record, decide_effects, likely_room, make_plan, pixel_of
 
@@ -86,12 +86,7 @@ def _recorded(scene: Scene, camera: Camera, free: Collection[str], max_depth: in
     """The trees of the picture, without what lights see."""
     plan = make_plan(scene, camera, free=free, max_depth=depth_number(max_depth), capacity=likely_room(camera))
     plan = replace(plan, effects=replace(plan.effects, shadows=False, tinted_shadows=False))
-    while True:
-        trees = record_passes(scene, camera, plan)
-        needed = int(np.max(trees.descendants))
-        if needed <= plan.capacity:
-            return plan, trees
-        plan = plan.with_capacity(2 * needed)
+    return recorded_with_room(scene, camera, plan)
 
 
 def are_rays(camera: Camera, plan: Plan, trees: Record) -> np.ndarray:

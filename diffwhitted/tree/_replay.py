@@ -26,14 +26,19 @@ from ._samples import Samples
 from ._truncation import Beyond
 
 
-def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, samples: Samples, light_of: Callable | None = None,
+def light_of(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed) -> Vec3:
+    """The light that rays bring from what they meet, surface or background."""
+    light = where(nodes.object >= 0, local_radiance(tables, plan, nodes, at, needed), tables.background.seen(at.direction))
+    return light if at.beam is None else light * at.beam.edge.share
+
+
+def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, samples: Samples, light_of: Callable = light_of,
            forward: bool = False) -> Vec3:
     """Linear RGB of the samples of a pass, three arrays of shape (plan.pass_pixels,).
 
     Differentiable in `tables` and `camera`, along the recorded tree. `light_of` stands in place of the light of a node.
     `forward`: no reverse mode is wanted, so the loop need not pass by all the blocks that there might be.
     """
-    light_of = light_of or light_of_nodes
     branching = plan.branching
 
     def visit(nodes: Nodes, parents: Arrival | None, throughput: Vec3, alive):
@@ -82,19 +87,13 @@ def _arrived(tables: Tables, plan: Plan, nodes: Nodes, ray: Ray, footprint: Foot
     return arrival(hit, direction, nodes.outside, beam)
 
 
-def light_of_nodes(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed) -> Vec3:
-    """The light that rays bring from what they meet, surface or background."""
-    light = where(nodes.object >= 0, local_radiance(tables, plan, nodes, at, needed), tables.background.seen(at.direction))
-    return light if at.beam is None else light * at.beam.edge.share
-
-
 def trace(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
           beyond: Beyond | None = None) -> tuple[Vec3, Vec3 | None, Int[Array, ""]]:
     """What `record` and `replay` give, in one go and without derivatives: the film, and the number of descendants.
 
     Between the two, where `beyond` is given, the most light that the branches that were not followed could bring.
     """
-    tree, ((film,), left) = follow(tables, camera, plan, samples, lambda nodes, ray, *a: (light_of_nodes(tables, plan, nodes, *a),), beyond)
+    tree, ((film,), left) = follow(tables, camera, plan, samples, lambda nodes, ray, *a: (light_of(tables, plan, nodes, *a),), beyond)
     return film, left, tree.descendants
 
 
@@ -113,7 +112,7 @@ def trace_beside_small(tables: Tables, camera: Camera, plan: Plan, samples: Samp
         limit = jnp.where(nodes.object < 0, jnp.inf, length(at.point - ray.origin))
         beside = stage(needed, lambda *a: beside_small(tables.shapes, *a), ray, reach, apart * jnp.ones_like(reach), limit)
         one = beside.astype(at.point.x.dtype)
-        return light_of_nodes(tables, plan, nodes, at, needed), Vec3(one, one, one)
+        return light_of(tables, plan, nodes, at, needed), Vec3(one, one, one)
 
     tree, ((film, beside), _) = follow(tables, camera, plan, samples, both, kinds=2)
     return film, beside, tree.descendants
