@@ -14,7 +14,6 @@ from test_povray_targets import TARGETS, translated
 import diffwhitted as dw
 import fitting
 from diffwhitted.image import read_image
-from diffwhitted.scene import coefficient_value
 from fitting._identifiability import QUANTILE
 
 

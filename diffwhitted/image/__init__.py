@@ -18,13 +18,14 @@ from ._display import (
 from ._faults import ImageError
 from ._film import dealt, gathered
 from ._reading import ImageFile, read_image, read_mask
-from ._writing import ImageFormat, check_writable, write_image
+from ._writing import ImageFormat, check_place, check_writable, write_image
 
 __all__ = [
     "ClippedPixels",
     "ImageError",
     "ImageFile",
     "ImageFormat",
+    "check_place",
     "check_writable",
     "ciede2000",
     "count_clipped",

@@ -100,7 +100,7 @@ def check_writable(path: str | os.PathLike, *, exposure: float = 0.0, half: bool
         raise ImageError(f"{path}: exposure = {exposure} is for display, {extension} is linear; use 0, or .png.")
     try:
         check_exposure(exposure)
-        _check_place(path, Path(os.path.realpath(path)))
+        check_place(path)
     except ImageError:
         raise
     except (OSError, ValueError) as error:
@@ -108,7 +108,9 @@ def check_writable(path: str | os.PathLike, *, exposure: float = 0.0, half: bool
     return form
 
 
-def _check_place(path: Path, target: Path) -> None:
+def check_place(path: Path) -> None:
+    """Raise `ImageError` unless a file may be written there."""
+    target = Path(os.path.realpath(path))
     if not target.parent.is_dir():
         raise ImageError(f"{path}: the folder {target.parent} does not exist; make it first.")
     if target.is_dir():

@@ -70,13 +70,13 @@ def explain(
 
 
 def check_drawing(path: Path) -> None:
-    """Raise `OutputError` before any work where no drawing can be written."""
+    """Raise an `InputError` before any work where no drawing can be written."""
+    from diffwhitted.image import check_place
     from fitting._outputs import OutputError
 
     if path.suffix.lower() not in DRAWINGS:
         raise OutputError(f"cannot write the extension {path.suffix!r} of {path}; allowed is {', '.join(DRAWINGS)}")
-    if not path.absolute().parent.is_dir():
-        raise OutputError(f"cannot write {path}: the folder {path.parent} does not exist")
+    check_place(path)
 
 
 def draw_maps(scene: Scene, camera: Camera, depth: int | None, path: Path) -> None:
