@@ -39,8 +39,13 @@ class Figure:
 def machine() -> dict[str, str]:
     """Processor, cores, memory and versions."""
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
-    return {"processor": _processor(), "cores": str(os.cpu_count()), "memory": f"{memory:.0f} GiB",
-            "python": platform.python_version(), **{name: version(name) for name in LIBRARIES}}
+    return {
+        "processor": _processor(),
+        "cores": str(os.cpu_count()),
+        "memory": f"{memory:.0f} GiB",
+        "python": platform.python_version(),
+        **{name: version(name) for name in LIBRARIES},
+    }
 
 
 def _processor() -> str:
@@ -68,8 +73,11 @@ def show(results: Mapping[str, Sequence[Figure]]) -> None:
 
 def save(path: Path, results: Mapping[str, Sequence[Figure]]) -> None:
     """All figures and the machine as JSON, written whole or not at all."""
-    content = {"machine": machine(), "load_average": os.getloadavg()[0],
-               "figures": {name: [asdict(f) | {"verdict": f.verdict} for f in figures] for name, figures in results.items()}}
+    content = {
+        "machine": machine(),
+        "load_average": os.getloadavg()[0],
+        "figures": {name: [asdict(f) | {"verdict": f.verdict} for f in figures] for name, figures in results.items()},
+    }
     part = path.with_suffix(".part")
     part.write_text(json.dumps(content, indent=1) + "\n")
     part.replace(path)

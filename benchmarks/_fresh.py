@@ -33,8 +33,13 @@ def run(name: str, measure: Callable[[], list[Figure]], part: Callable[..., dict
 def in_fresh_process(module: str, *arguments: object):
     """What `python -m benchmarks.MODULE ARGUMENTS` answers, without a persistent compilation cache."""
     environment = os.environ | {"JAX_ENABLE_COMPILATION_CACHE": "false"}
-    done = subprocess.run([sys.executable, "-m", f"benchmarks.{module}", *map(str, arguments)], cwd=FOLDER.parent,
-                          stdout=subprocess.PIPE, text=True, env=environment)
+    done = subprocess.run(
+        [sys.executable, "-m", f"benchmarks.{module}", *map(str, arguments)],
+        cwd=FOLDER.parent,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment,
+    )
     if done.returncode:
         raise SystemExit(f"benchmarks.{module} {' '.join(map(str, arguments))} ended with {done.returncode}")
     return json.loads(done.stdout.splitlines()[-1])

@@ -24,9 +24,14 @@ import numpy as np
 VARIANTS = ("llvm_ad_rgb", "scalar_rgb")
 REFERENCE_SAMPLES = 512
 FIT_SIZE, FIT_SAMPLES, FIT_SECONDS = (320, 240), 4, 60.0
-FITTED = ("glass.bsdf.specular_reflectance.value", "glass.bsdf.specular_transmittance.value",
-          "mirror.bsdf.bsdf_0.reflectance.value", "mirror.bsdf.bsdf_1.specular_reflectance.value",
-          "coloured.bsdf.bsdf_0.reflectance.value", "coloured.bsdf.bsdf_1.specular_reflectance.value")
+FITTED = (
+    "glass.bsdf.specular_reflectance.value",
+    "glass.bsdf.specular_transmittance.value",
+    "mirror.bsdf.bsdf_0.reflectance.value",
+    "mirror.bsdf.bsdf_1.specular_reflectance.value",
+    "coloured.bsdf.bsdf_0.reflectance.value",
+    "coloured.bsdf.bsdf_1.specular_reflectance.value",
+)
 ERRORS = (0.1, 0.03, 0.01, 0.003, 0.001)
 
 
@@ -55,8 +60,11 @@ def scene_of(width: int | None = None, height: int | None = None, integrator: st
     }
     for number, light in enumerate(data["light"]):
         fade = sum(x * x for x in light["position"])
-        scene[f"light{number}"] = {"type": "point", "position": light["position"],
-                                   "intensity": _rgb([pi * fade * c for c in light["colour"]])}
+        scene[f"light{number}"] = {
+            "type": "point",
+            "position": light["position"],
+            "intensity": _rgb([pi * fade * c for c in light["colour"]]),
+        }
     for thing in data["object"]:
         scene[thing["name"]] = _shape(thing) | {"material": materials[thing["material"]]}
     return mi.load_dict(scene)
@@ -68,9 +76,20 @@ def _rgb(value) -> dict:
 
 def _camera(camera: dict, width: int, height: int) -> dict:
     look = mi.ScalarTransform4f().look_at(camera["look_from"], camera["look_at"], camera["up"])
-    return {"type": "perspective", "fov": camera["vfov_deg"], "fov_axis": "y", "to_world": look,
-            "film": {"type": "hdrfilm", "width": width, "height": height, "pixel_format": "rgb", "rfilter": {"type": "box"}},
-            "sampler": {"type": "independent"}}
+    return {
+        "type": "perspective",
+        "fov": camera["vfov_deg"],
+        "fov_axis": "y",
+        "to_world": look,
+        "film": {
+            "type": "hdrfilm",
+            "width": width,
+            "height": height,
+            "pixel_format": "rgb",
+            "rfilter": {"type": "box"},
+        },
+        "sampler": {"type": "independent"},
+    }
 
 
 def _shape(thing: dict) -> dict:
@@ -83,8 +102,13 @@ def _shape(thing: dict) -> dict:
 
 def _material(material: dict, textures: dict) -> dict:
     if material.get("k_t"):
-        return {"type": "dielectric", "int_ior": material["refractive_index"], "ext_ior": 1.0, "specular_reflectance": _rgb(1.0),
-                "specular_transmittance": _rgb(material["k_t"])}
+        return {
+            "type": "dielectric",
+            "int_ior": material["refractive_index"],
+            "ext_ior": 1.0,
+            "specular_reflectance": _rgb(1.0),
+            "specular_transmittance": _rgb(material["k_t"]),
+        }
     colour = _rgb(material["k_d"]) if "k_d_texture" not in material else _checker(textures[material["k_d_texture"]])
     if not material.get("k_s"):
         return {"type": "diffuse", "reflectance": colour}
@@ -98,7 +122,12 @@ def _material(material: dict, textures: dict) -> dict:
 def _checker(texture: dict) -> dict:
     # A texture's period is two cells; the rectangle spans 2000 m.
     even, odd = map(_rgb, texture["colours"])
-    return {"type": "checkerboard", "color0": odd, "color1": even, "to_uv": mi.ScalarTransform3f().scale(1000 / texture["size"])}
+    return {
+        "type": "checkerboard",
+        "color0": odd,
+        "color1": even,
+        "to_uv": mi.ScalarTransform3f().scale(1000 / texture["size"]),
+    }
 
 
 def render(variant: str) -> dict:

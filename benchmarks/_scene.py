@@ -14,9 +14,20 @@ CAMERA = "main"
 TARGET_SIZE = (320, 240)
 
 UNKNOWNS = (
-    "glass.k_a", "glass.k_d", "glass.k_h", "glass.k_s", "glass.k_t", "glass.phong_exponent",
-    "mirror.k_d", "mirror.k_h", "mirror.k_s", "mirror.phong_exponent",
-    "coloured.k_d", "coloured.k_h", "coloured.k_s", "coloured.phong_exponent",
+    "glass.k_a",
+    "glass.k_d",
+    "glass.k_h",
+    "glass.k_s",
+    "glass.k_t",
+    "glass.phong_exponent",
+    "mirror.k_d",
+    "mirror.k_h",
+    "mirror.k_s",
+    "mirror.phong_exponent",
+    "coloured.k_d",
+    "coloured.k_h",
+    "coloured.k_s",
+    "coloured.phong_exponent",
 )
 """Coefficients that move no ray and that the picture determines: 18 numbers, since two k_d are linear RGB."""
 

@@ -17,8 +17,11 @@ from ._scene import CAMERA, POVRAY_FILE, TARGET_SIZE, three_spheres
 from ._timing import ratio, taking_turns
 
 THRESHOLDS = (0.3, 0.1, 0.03, 0.01)
-POVRAY = {f"POV-Ray +A{threshold} +AM{method} +R3": (f"+A{threshold}", f"+AM{method}", "+R3", "-J")
-          for method in (1, 2) for threshold in (0.3, 0.1, 0.03)}
+POVRAY = {
+    f"POV-Ray +A{threshold} +AM{method} +R3": (f"+A{threshold}", f"+AM{method}", "+R3", "-J")
+    for method in (1, 2)
+    for threshold in (0.3, 0.1, 0.03)
+}
 DEPTH, CUTOFF = 12, 1 / 512
 
 
@@ -31,7 +34,9 @@ def _antialiasing() -> list[Figure]:
     camera = scene.cameras[CAMERA]
     truth = np.asarray(diffwhitted.render(scene, camera, samples=32))
     plans = {trees: diffwhitted.plan(scene, camera, footprint=trees) for trees in (0, 1, 2)}
-    ways = {f"{n} x {n} points": partial(diffwhitted.render, scene, camera, samples=n, plan=plans[0]) for n in (1, 2, 3, 4)}
+    ways = {
+        f"{n} x {n} points": partial(diffwhitted.render, scene, camera, samples=n, plan=plans[0]) for n in (1, 2, 3, 4)
+    }
     ways |= {f"adaptive, {t}": partial(diffwhitted.render, scene, camera, antialias=t) for t in THRESHOLDS}
     ways |= {f"{n} x {n} filtered trees": partial(diffwhitted.render, scene, camera, plan=plans[n]) for n in (1, 2)}
     times = dict(zip(ways, taking_turns(list(ways.values())), strict=True))
@@ -41,10 +46,24 @@ def _antialiasing() -> list[Figure]:
     as_true = [name for name in ways if "adaptive" in name and errors[name] <= errors["4 x 4 points"]]
     fixed = times["4 x 4 points"]
     best = min(as_true, key=lambda name: times[name].median, default=None)
-    figures.append(Figure("adaptive, to the error of 4 x 4 points / their time", None if best is None else ratio(times[best], fixed).median, "", 0.4,
-                          best or "no threshold reaches it"))
-    figures.append(Figure("one filtered tree / time of 4 x 4 points", ratio(times["1 x 1 filtered trees"], fixed).median, "", 0.4,
-                          f"at {errors['1 x 1 filtered trees'] / errors['4 x 4 points']:.2g} of their error"))
+    figures.append(
+        Figure(
+            "adaptive, to the error of 4 x 4 points / their time",
+            None if best is None else ratio(times[best], fixed).median,
+            "",
+            0.4,
+            best or "no threshold reaches it",
+        )
+    )
+    figures.append(
+        Figure(
+            "one filtered tree / time of 4 x 4 points",
+            ratio(times["1 x 1 filtered trees"], fixed).median,
+            "",
+            0.4,
+            f"at {errors['1 x 1 filtered trees'] / errors['4 x 4 points']:.2g} of their error",
+        )
+    )
     return figures
 
 
@@ -55,30 +74,61 @@ def _povray_figures(truth) -> list[Figure]:
     for name, options in POVRAY.items():
         runs = [_povray.trace(POVRAY_FILE, *TARGET_SIZE, options) for _ in range(3)]
         seconds = [r.seconds for r in runs]
-        figures.append(Figure(f"{name}: RMSE", rmse(runs[0].pixels, truth), "", None,
-                              f"{min(seconds) * 1e3:.0f} ms min, {np.median(seconds) * 1e3:.0f} ms median of 3; two threads"))
+        figures.append(
+            Figure(
+                f"{name}: RMSE",
+                rmse(runs[0].pixels, truth),
+                "",
+                None,
+                f"{min(seconds) * 1e3:.0f} ms min, {np.median(seconds) * 1e3:.0f} ms median of 3; two threads",
+            )
+        )
     return figures
 
 
 def nested_glass(vfov_deg=30, width=320, height=240):
     """A glass sphere in a glass sphere, on a floor under a sky (also for the tests)."""
-    objects = [diffwhitted.Sphere("outer", (0, 0, 0), 1, "outer"), diffwhitted.Sphere("inner", (0.1, 0, 0), 0.6, "inner"),
-               diffwhitted.Plane("floor", (0, 1, 0), -1, "floor")]
-    materials = {"outer": diffwhitted.Material(k_s=0.1, k_t=0.85, k_h=0.0, refractive_index=1.5), "floor": diffwhitted.Material(k_d=0.6, k_a=0.1),
-                 "inner": diffwhitted.Material(k_s=0.1, k_t=0.85, k_h=0.2, refractive_index=1.2)}
-    return diffwhitted.Scene(objects=objects, materials=materials, lights=[diffwhitted.PointLight((0, 5, 3), (1, 1, 1))],
-                             background=diffwhitted.ConstantBackground((0.2, 0.3, 0.5)),
-                             cameras={CAMERA: diffwhitted.Camera((0.3, 0.5, 6), (0, 0, 0), vfov_deg, width, height)})
+    objects = [
+        diffwhitted.Sphere("outer", (0, 0, 0), 1, "outer"),
+        diffwhitted.Sphere("inner", (0.1, 0, 0), 0.6, "inner"),
+        diffwhitted.Plane("floor", (0, 1, 0), -1, "floor"),
+    ]
+    materials = {
+        "outer": diffwhitted.Material(k_s=0.1, k_t=0.85, k_h=0.0, refractive_index=1.5),
+        "floor": diffwhitted.Material(k_d=0.6, k_a=0.1),
+        "inner": diffwhitted.Material(k_s=0.1, k_t=0.85, k_h=0.2, refractive_index=1.2),
+    }
+    return diffwhitted.Scene(
+        objects=objects,
+        materials=materials,
+        lights=[diffwhitted.PointLight((0, 5, 3), (1, 1, 1))],
+        background=diffwhitted.ConstantBackground((0.2, 0.3, 0.5)),
+        cameras={CAMERA: diffwhitted.Camera((0.3, 0.5, 6), (0, 0, 0), vfov_deg, width, height)},
+    )
 
 
 def _cutoff() -> list[Figure]:
     scene = nested_glass()
-    whole, part = (diffwhitted.render_with_bound(scene, scene.cameras[CAMERA], max_depth=DEPTH, cutoff=cutoff) for cutoff in (0, CUTOFF))
+    whole, part = (
+        diffwhitted.render_with_bound(scene, scene.cameras[CAMERA], max_depth=DEPTH, cutoff=cutoff)
+        for cutoff in (0, CUTOFF)
+    )
     missing = whole.image - part.image
     return [
-        Figure(f"nested glass, depth {DEPTH}, cutoff 1/512: rays / rays without cutoff", part.rays / whole.rays, "", 0.25, f"{part.rays:,} of {whole.rays:,}"),
-        Figure("the light that it leaves out, at most, in cutoffs", float(missing.max()) / CUTOFF, "", 1.0,
-               f"RMS {np.sqrt(np.square(missing).mean()) / CUTOFF:.2g}; certified bound {part.most / CUTOFF:.3g}"),
+        Figure(
+            f"nested glass, depth {DEPTH}, cutoff 1/512: rays / rays without cutoff",
+            part.rays / whole.rays,
+            "",
+            0.25,
+            f"{part.rays:,} of {whole.rays:,}",
+        ),
+        Figure(
+            "the light that it leaves out, at most, in cutoffs",
+            float(missing.max()) / CUTOFF,
+            "",
+            1.0,
+            f"RMS {np.sqrt(np.square(missing).mean()) / CUTOFF:.2g}; certified bound {part.most / CUTOFF:.3g}",
+        ),
     ]
 
 
@@ -90,8 +140,12 @@ def _bounding() -> list[Figure]:
     camera = scene.cameras[CAMERA]
     plan = diffwhitted.plan(scene, camera)
     beyond = most_beyond(scene, camera, plan)
-    plain, bounded = taking_turns([lambda: traced_passes(scene, camera, plan), lambda: traced_passes(scene, camera, plan, 1, beyond)])
-    return [Figure("picture with its bound / without", ratio(bounded, plain).median, "", 1.1, f"{bounded}; without {plain}")]
+    plain, bounded = taking_turns(
+        [lambda: traced_passes(scene, camera, plan), lambda: traced_passes(scene, camera, plan, 1, beyond)]
+    )
+    return [
+        Figure("picture with its bound / without", ratio(bounded, plain).median, "", 1.1, f"{bounded}; without {plain}")
+    ]
 
 
 if __name__ == "__main__":

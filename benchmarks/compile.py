@@ -24,19 +24,29 @@ DEPTHS = (5, 12)
 
 
 def measure() -> list[Figure]:
-    found = {depth: min((in_fresh_process("compile", depth) for _ in range(RUNS)), key=lambda f: f["seconds"]) for depth in DEPTHS}
+    found = {
+        depth: min((in_fresh_process("compile", depth) for _ in range(RUNS)), key=lambda f: f["seconds"])
+        for depth in DEPTHS
+    }
     shallow, deep = DEPTHS
     return [
         *[_compiled(depth, found[depth]) for depth in DEPTHS],
-        Figure(f"compile at depth {deep} / depth {shallow}", found[deep]["seconds"] / found[shallow]["seconds"], "", 1.15),
+        Figure(
+            f"compile at depth {deep} / depth {shallow}", found[deep]["seconds"] / found[shallow]["seconds"], "", 1.15
+        ),
         *_command_line(),
     ]
 
 
 def _compiled(depth: int, found: dict) -> Figure:
-    return Figure(f"compile of render, depth {depth}", found["seconds"], "s", TARGET,
-                  f"shortest of {RUNS} processes; tracing {found['tracing']:.2f} s, XLA {found['xla']:.2f} s; "
-                  f"first call of render {found['first']:.2f} s")
+    return Figure(
+        f"compile of render, depth {depth}",
+        found["seconds"],
+        "s",
+        TARGET,
+        f"shortest of {RUNS} processes; tracing {found['tracing']:.2f} s, XLA {found['xla']:.2f} s; "
+        f"first call of render {found['first']:.2f} s",
+    )
 
 
 def _measured_here(depth: str) -> dict:

@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 
 import diffwhitted
-from diffwhitted.accuracy._reference import rmse
 from diffwhitted._render import record_passes, replay_passes
+from diffwhitted.accuracy._reference import rmse
 from diffwhitted.scene import Coefficient
 from diffwhitted.tree._effects import calls_for
 
@@ -50,8 +50,12 @@ class Replay:
 
     def values(self, moving: bool) -> dict:
         """The coefficients that are at work, of all materials; without those that move rays unless `moving`."""
-        names = [f"{material}.{row.name}" for material in self.scene.materials for row in diffwhitted.COEFFICIENTS
-                 if calls_for(self.scene, material, _needed(row)) and (moving or not row.moves_rays)]
+        names = [
+            f"{material}.{row.name}"
+            for material in self.scene.materials
+            for row in diffwhitted.COEFFICIENTS
+            if calls_for(self.scene, material, _needed(row)) and (moving or not row.moves_rays)
+        ]
         return {name: diffwhitted.coefficient_value(self.scene, name) for name in names}
 
 
@@ -62,20 +66,38 @@ def _needed(row: Coefficient) -> str:
 
 def measure() -> list[Figure]:
     replay = Replay()
-    one, many, moving = {ONE: diffwhitted.coefficient_value(replay.scene, ONE)}, replay.values(False), replay.values(True)
+    one, many, moving = (
+        {ONE: diffwhitted.coefficient_value(replay.scene, ONE)},
+        replay.values(False),
+        replay.values(True),
+    )
     plain, forward = replay.compiled, replay.compiled_forward
     reverse = jax.jit(jax.value_and_grad(replay.loss))
     along = jax.tree.map(jnp.ones_like, one)
-    programs = [lambda: plain(one), lambda: forward(one, along), lambda: reverse(one), lambda: reverse(many), lambda: reverse(moving)]
+    programs = [
+        lambda: plain(one),
+        lambda: forward(one, along),
+        lambda: reverse(one),
+        lambda: reverse(many),
+        lambda: reverse(moving),
+    ]
     base, *derived = taking_turns(programs, ROUNDS)
     scalars = sum(int(np.size(v)) for v in many.values())
-    names = (f"replay + forward derivative in {ONE}", f"loss + reverse derivative in {ONE}",
-             f"loss + reverse derivative in all {scalars} numbers that move no ray",
-             f"loss + reverse derivative in all {sum(int(np.size(v)) for v in moving.values())} numbers")
+    names = (
+        f"replay + forward derivative in {ONE}",
+        f"loss + reverse derivative in {ONE}",
+        f"loss + reverse derivative in all {scalars} numbers that move no ray",
+        f"loss + reverse derivative in all {sum(int(np.size(v)) for v in moving.values())} numbers",
+    )
     targets = (FORWARD_TARGET, REVERSE_TARGET, REVERSE_TARGET, REVERSE_TARGET)
-    return [Figure("replay 640x480, depth 5", base.median, "s", None, str(base)),
-            *[_relative(name, seconds, base, target) for name, seconds, target in zip(names, derived, targets, strict=True)],
-            *_errors()]
+    return [
+        Figure("replay 640x480, depth 5", base.median, "s", None, str(base)),
+        *[
+            _relative(name, seconds, base, target)
+            for name, seconds, target in zip(names, derived, targets, strict=True)
+        ],
+        *_errors(),
+    ]
 
 
 def _relative(name: str, seconds: Seconds, base: Seconds, target: float) -> Figure:
@@ -85,10 +107,23 @@ def _relative(name: str, seconds: Seconds, base: Seconds, target: float) -> Figu
 
 def _errors() -> list[Figure]:
     found = in_fresh_process("derivatives", "errors")
-    return [Figure("forward derivative against central difference", found["forward"], "", 1e-4,
-                   f"root mean square over that of the derivative, in float32; worst of {found['count']} coefficients ({found['worst']}); "
-                   f"{found['forward64']:.1g} in float64"),
-            Figure("reverse derivative against forward", found["reverse"], "", 1e-4, "of the loss, largest error over largest derivative, in float32")]
+    return [
+        Figure(
+            "forward derivative against central difference",
+            found["forward"],
+            "",
+            1e-4,
+            f"root mean square over that of the derivative, in float32; worst of {found['count']} coefficients ({found['worst']}); "
+            f"{found['forward64']:.1g} in float64",
+        ),
+        Figure(
+            "reverse derivative against forward",
+            found["reverse"],
+            "",
+            1e-4,
+            "of the loss, largest error over largest derivative, in float32",
+        ),
+    ]
 
 
 def _errors_here(_: str) -> dict:
@@ -101,8 +136,13 @@ def _errors_here(_: str) -> dict:
     reverse = jax.jit(jax.grad(single.loss))(values)
     forward = jax.jit(jax.jacfwd(single.loss))(values)
     flat = [np.concatenate([np.ravel(v) for v in jax.tree.leaves(d)]) for d in (reverse, forward)]
-    return {"forward": errors[worst][0], "forward64": max(e[1] for e in errors.values()), "worst": worst, "count": len(errors),
-            "reverse": float(np.abs(flat[0] - flat[1]).max() / np.abs(flat[1]).max())}
+    return {
+        "forward": errors[worst][0],
+        "forward64": max(e[1] for e in errors.values()),
+        "worst": worst,
+        "count": len(errors),
+        "reverse": float(np.abs(flat[0] - flat[1]).max() / np.abs(flat[1]).max()),
+    }
 
 
 def _forward_errors(single: "Replay", double: "Replay", name: str) -> tuple[float, float]:

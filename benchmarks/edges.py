@@ -12,8 +12,8 @@ import numpy as np
 
 import diffwhitted
 import fitting
-from diffwhitted.accuracy._reference import rmse
 from diffwhitted._render import record_passes, replay_passes, trace_pass
+from diffwhitted.accuracy._reference import rmse
 from diffwhitted.tree import likely_room, make_plan
 
 from ._figures import Figure
@@ -49,7 +49,13 @@ def _scores(name: str, ours, image, slope, away, limits) -> list[Figure]:
     picture, derivative = ours
     pull = float((away * derivative).sum() / (away * slope).sum())
     return [
-        Figure(f"{name}: 1 - cosine", 1 - cosine(derivative, slope), "", 1 - limits[1], f"gradient of a loss {pull:.3f} times the true one"),
+        Figure(
+            f"{name}: 1 - cosine",
+            1 - cosine(derivative, slope),
+            "",
+            1 - limits[1],
+            f"gradient of a loss {pull:.3f} times the true one",
+        ),
         Figure(f"{name}: relative L2 error", relative(derivative, slope), "", limits[2]),
         Figure(f"{name}: RMSE of the image", rmse(picture, image), "", limits[3]),
     ]
@@ -58,14 +64,23 @@ def _scores(name: str, ours, image, slope, away, limits) -> list[Figure]:
 def _other_indices() -> list[Figure]:
     scene, figures = spheres(), []
     camera = scene.cameras["main"]
-    cases = [(f"index {index}", index, step, lambda d, at=index: changed(scene, at + d, 0.0), (1.0, 0.0), side)
-             for index, (step, side) in OTHERS.items()]
+    cases = [
+        (f"index {index}", index, step, lambda d, at=index: changed(scene, at + d, 0.0), (1.0, 0.0), side)
+        for index, (step, side) in OTHERS.items()
+    ]
     cases.append(("sphere along x", 1.5, 5e-4, lambda d: changed(scene, 1.5, d), (0.0, 1.0), SIDE))
     for name, index, step, make, along, side in cases:
         _, slope = reference(make, camera, step, side)
         plain, ours = (filtered(scene, camera, index=index, along=along, refine=refine)[1] for refine in (False, True))
-        figures.append(Figure(f"spheres, {name}, refined: relative L2 error", relative(ours, slope), "", 0.18,
-                              f"cosine {cosine(ours, slope):.3f} (target 0.985); one tree {relative(plain, slope):.3f}, {cosine(plain, slope):.3f}"))
+        figures.append(
+            Figure(
+                f"spheres, {name}, refined: relative L2 error",
+                relative(ours, slope),
+                "",
+                0.18,
+                f"cosine {cosine(ours, slope):.3f} (target 0.985); one tree {relative(plain, slope):.3f}, {cosine(plain, slope):.3f}",
+            )
+        )
     return figures
 
 
@@ -75,7 +90,9 @@ def _cost() -> list[Figure]:
     camera = scene.cameras[CAMERA]
     plans = [diffwhitted.plan(scene, camera, footprint=trees) for trees in (0, 1)]
     plain, ours = taking_turns([lambda plan=plan: diffwhitted.render(scene, camera, plan=plan) for plan in plans])
-    nodes = [camera.width * camera.height + int(np.sum(record_passes(scene, camera, plan).descendants)) for plan in plans]
+    nodes = [
+        camera.width * camera.height + int(np.sum(record_passes(scene, camera, plan).descendants)) for plan in plans
+    ]
     trees = record_passes(scene, camera, plans[1])
     image = jax.jit(lambda v: replay_passes(diffwhitted.replace_coefficient(scene, INDEX, v), camera, trees, plans[1]))
     along = jax.jit(lambda v: jax.jvp(image, (v,), (jnp.ones_like(v),)))
@@ -84,14 +101,28 @@ def _cost() -> list[Figure]:
     return [
         Figure("filtered picture / plain picture", ratio(ours, plain).median, "", 3.0, f"{ours}; plain {plain}"),
         Figure("nodes of the filtered tree / plain", nodes[1] / nodes[0], "", 1.3, f"{nodes[1]} against {nodes[0]}"),
-        Figure("filtered replay with its derivative in the index / without", ratio(both, alone).median, "", 3.0, f"{both}; without {alone}"),
+        Figure(
+            "filtered replay with its derivative in the index / without",
+            ratio(both, alone).median,
+            "",
+            3.0,
+            f"{both}; without {alone}",
+        ),
     ]
 
 
 def _compile() -> list[Figure]:
     found = [in_fresh_process("edges", what) for what in ("picture", "derivative")]
-    return [Figure(f"compile of a filtered {f['what']}, tracing included", f["seconds"], "s", limit, f"tracing {f['tracing']:.1f} s")
-            for f, limit in zip(found, (None, 8.0), strict=True)]
+    return [
+        Figure(
+            f"compile of a filtered {f['what']}, tracing included",
+            f["seconds"],
+            "s",
+            limit,
+            f"tracing {f['tracing']:.1f} s",
+        )
+        for f, limit in zip(found, (None, 8.0), strict=True)
+    ]
 
 
 def _measured_here(what: str) -> dict:
@@ -121,11 +152,23 @@ def _fits() -> list[Figure]:
     camera = camera.resized(80, 60)
     small = eqx.tree_at(lambda s: s.cameras, changed(scene, 1.5, 0.0), {"main": camera})
     clean, random = area_true(small, camera, 24), np.random.default_rng(5)
-    found = [fitting.fit(small, (clean + random.normal(0, 0.02, clean.shape)).astype(np.float32), [INDEX])[INDEX] for _ in range(200)]
+    found = [
+        fitting.fit(small, (clean + random.normal(0, 0.02, clean.shape)).astype(np.float32), [INDEX])[INDEX]
+        for _ in range(200)
+    ]
     missed = 1 - np.mean([low <= 1.5 <= high for low, high in (f.interval_95 for f in found)])
     note = f"truth 1.33, 1.5, 2.2 from {', '.join(map(str, STARTS))}; 160x120"
-    return [Figure("intervals of an index that miss the truth, 200 noisy targets", 100 * missed, "%", 10.0, "2 to 10 % are expected of 95 % intervals"),
-            Figure("fit of an index, largest error", worst, "", 1e-3, note), Figure("fit of an index, slowest, after compiling", slowest, "s", 3.0, note)]
+    return [
+        Figure(
+            "intervals of an index that miss the truth, 200 noisy targets",
+            100 * missed,
+            "%",
+            10.0,
+            "2 to 10 % are expected of 95 % intervals",
+        ),
+        Figure("fit of an index, largest error", worst, "", 1e-3, note),
+        Figure("fit of an index, slowest, after compiling", slowest, "s", 3.0, note),
+    ]
 
 
 def _joint_fit() -> list[Figure]:
@@ -142,10 +185,18 @@ def _joint_fit() -> list[Figure]:
     shares = {c.name: off / (c.bounds[1] - c.bounds[0]) for c, off in zip(found.coefficients, away, strict=True)}
     worst = max(shares, key=shares.get)
     errors = max(off / c.standard_error for c, off in zip(found.coefficients, away, strict=True))
-    return [Figure("joint fit of 11, largest error in the width of its bounds", shares[worst], "", 1e-3, f"{worst}; {found.status}; largest of the "
-                   f"others {max(share for name, share in shares.items() if not name.startswith('blue')):.1e} without the blue sphere"),
-            Figure("joint fit of 11, largest error in standard errors", errors, "", 3.0),
-            Figure("joint fit of 11, after compiling", found.seconds_solve, "s", 10.0, f"{found.steps} steps, 160x120")]
+    return [
+        Figure(
+            "joint fit of 11, largest error in the width of its bounds",
+            shares[worst],
+            "",
+            1e-3,
+            f"{worst}; {found.status}; largest of the "
+            f"others {max(share for name, share in shares.items() if not name.startswith('blue')):.1e} without the blue sphere",
+        ),
+        Figure("joint fit of 11, largest error in standard errors", errors, "", 3.0),
+        Figure("joint fit of 11, after compiling", found.seconds_solve, "s", 10.0, f"{found.steps} steps, 160x120"),
+    ]
 
 
 def _true(scene, name: str) -> float:

@@ -17,15 +17,22 @@ from ._scene import CAMERA, FOLDER, TARGET_SIZE, UNKNOWNS, three_spheres
 
 SECONDS_TARGET, ERROR_TARGET, POVRAY_TARGET = 8.0, 1e-5, 0.02
 RUNS = 3
-POVRAY_PICTURES = tuple(FOLDER.parent / name for name in ("tests/targets/three_spheres.exr", "examples/three_spheres_povray.exr"))
+POVRAY_PICTURES = tuple(
+    FOLDER.parent / name for name in ("tests/targets/three_spheres.exr", "examples/three_spheres_povray.exr")
+)
 
 
 def measure() -> list[Figure]:
     own = min((in_fresh_process("fit", "own") for _ in range(RUNS)), key=lambda found: found["seconds"])
     figures = [
-        Figure("fit of 18 numbers, compile included", own["seconds"], "s", SECONDS_TARGET,
-               f"320x240, depth 5, from the middle of the bounds; shortest of {RUNS} processes; compile {own['compile']:.2f} s, "
-               f"{own['steps']} steps {own['solve']:.2f} s; {own['status']}"),
+        Figure(
+            "fit of 18 numbers, compile included",
+            own["seconds"],
+            "s",
+            SECONDS_TARGET,
+            f"320x240, depth 5, from the middle of the bounds; shortest of {RUNS} processes; compile {own['compile']:.2f} s, "
+            f"{own['steps']} steps {own['solve']:.2f} s; {own['status']}",
+        ),
         Figure("largest error of a coefficient", own["worst"], "", ERROR_TARGET, _listed(own["errors"])),
     ]
     return [*figures, *_coarse_to_fine(), *_against_povray(), *_against_mitsuba(own)]
@@ -37,9 +44,16 @@ def _coarse_to_fine() -> list[Figure]:
     ways = {way: [run["solve"] for run in runs] for way, runs in found.items()}
     ratios = [coarse / all_pixels for coarse, all_pixels in zip(ways["coarse"], ways["all"], strict=True)]
     stages = "; ".join(f"{s['name']}: {s['steps']} steps, {s['seconds']:.2f} s" for s in found["coarse"][-1]["stages"])
-    return [Figure("640x480: time from coarse to fine / with all pixels from the start", float(np.median(ratios)), "", 0.5,
-                   f"{np.median(ways['coarse']):.2f} s and {np.median(ways['all']):.2f} s after compiling; {stages}; largest error "
-                   f"{found['coarse'][-1]['worst']:.1g} and {found['all'][-1]['worst']:.1g}")]
+    return [
+        Figure(
+            "640x480: time from coarse to fine / with all pixels from the start",
+            float(np.median(ratios)),
+            "",
+            0.5,
+            f"{np.median(ways['coarse']):.2f} s and {np.median(ways['all']):.2f} s after compiling; {stages}; largest error "
+            f"{found['coarse'][-1]['worst']:.1g} and {found['all'][-1]['worst']:.1g}",
+        )
+    ]
 
 
 def _listed(errors: dict[str, float]) -> str:
@@ -52,8 +66,15 @@ def _against_povray() -> list[Figure]:
     if picture is None:
         return [Figure(name, None, "", POVRAY_TARGET, "its picture is not there")]
     found = in_fresh_process("fit", "povray", picture)
-    return [Figure(name, found["worst"], "", POVRAY_TARGET,
-                   f"{found['seconds']:.1f} s, {found['steps']} steps; {found['status']}; {_listed(found['errors'])}")]
+    return [
+        Figure(
+            name,
+            found["worst"],
+            "",
+            POVRAY_TARGET,
+            f"{found['seconds']:.1f} s, {found['steps']} steps; {found['status']}; {_listed(found['errors'])}",
+        )
+    ]
 
 
 def _against_mitsuba(own: dict) -> list[Figure]:
@@ -62,9 +83,16 @@ def _against_mitsuba(own: dict) -> list[Figure]:
     if isinstance(found, str):
         return [Figure(name, None, "", None, found)]
     reached = ", ".join(f"{error} after {seconds:.0f} s" for error, seconds in found["reached"].items()) or "not 0.1"
-    return [Figure(name, found["worst"], "", None,
-                   f"after {found['seconds']:.0f} s, {found['steps']} steps ({reached}) on {found['unknowns']} numbers of its own "
-                   f"model, on its own picture; this project: {own['worst']:.1g} after {own['seconds']:.1f} s")]
+    return [
+        Figure(
+            name,
+            found["worst"],
+            "",
+            None,
+            f"after {found['seconds']:.0f} s, {found['steps']} steps ({reached}) on {found['unknowns']} numbers of its own "
+            f"model, on its own picture; this project: {own['worst']:.1g} after {own['seconds']:.1f} s",
+        )
+    ]
 
 
 def _fitted(source: str, picture: str = "") -> dict:
@@ -73,14 +101,25 @@ def _fitted(source: str, picture: str = "") -> dict:
         return _with_and_without_stages()
     truth = three_spheres(TARGET_SIZE)
     camera = truth.cameras[CAMERA]
-    target = diffwhitted.read_image(Path(picture)).pixels if source == "povray" else np.asarray(diffwhitted.render(truth, camera))
+    target = (
+        diffwhitted.read_image(Path(picture)).pixels
+        if source == "povray"
+        else np.asarray(diffwhitted.render(truth, camera))
+    )
     jax.clear_caches()
     begun = time.perf_counter()
     result = fitting.fit(truth, target, free=UNKNOWNS, start=_middle_of_bounds())
     seconds = time.perf_counter() - begun
     errors = {c.name: _error(c, truth) for c in result.coefficients}
-    return {"seconds": seconds, "compile": result.seconds_compile, "solve": result.seconds_solve, "steps": result.steps,
-            "status": result.status, "errors": errors, "worst": max(errors.values())}
+    return {
+        "seconds": seconds,
+        "compile": result.seconds_compile,
+        "solve": result.seconds_solve,
+        "steps": result.steps,
+        "status": result.status,
+        "errors": errors,
+        "worst": max(errors.values()),
+    }
 
 
 def _with_and_without_stages() -> dict:
@@ -88,15 +127,24 @@ def _with_and_without_stages() -> dict:
     target, runs = np.asarray(diffwhitted.render(truth, truth.cameras[CAMERA])), {"coarse": [], "all": []}
     for _ in range(1 + RUNS):
         for way, found in runs.items():
-            result = fitting.fit(truth, target, free=UNKNOWNS, start=_middle_of_bounds(), coarse_to_fine=way == "coarse")
-            found.append({"solve": result.seconds_solve, "worst": max(_error(c, truth) for c in result.coefficients),
-                          "stages": [asdict(stage) for stage in result.stages]})
+            result = fitting.fit(
+                truth, target, free=UNKNOWNS, start=_middle_of_bounds(), coarse_to_fine=way == "coarse"
+            )
+            found.append(
+                {
+                    "solve": result.seconds_solve,
+                    "worst": max(_error(c, truth) for c in result.coefficients),
+                    "stages": [asdict(stage) for stage in result.stages],
+                }
+            )
     return {way: found[1:] for way, found in runs.items()}
 
 
 def _middle_of_bounds() -> dict[str, float]:
-    middle = {row.name: np.sqrt(np.prod(row.fit_bounds)) if row.scale == "log" else np.mean(row.fit_bounds)
-              for row in diffwhitted.COEFFICIENTS}
+    middle = {
+        row.name: np.sqrt(np.prod(row.fit_bounds)) if row.scale == "log" else np.mean(row.fit_bounds)
+        for row in diffwhitted.COEFFICIENTS
+    }
     return {f"*.{name}": float(middle[name]) for name in {u.rpartition(".")[2] for u in UNKNOWNS}}
 
 

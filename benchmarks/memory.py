@@ -22,8 +22,13 @@ def measure() -> list[Figure]:
     imports = f"{start['peak']:.2f} GiB of it are Python and libraries"
     return [
         Figure("peak memory of the image 640x480, depth 5", image["peak"], "GiB", IMAGE_TARGET, imports),
-        Figure("peak memory of a fit, 640x480, 30 numbers", fit["peak"], "GiB", FIT_TARGET,
-               f"{fit['unknowns']} numbers, {fit['steps']} steps, {fit['status']}; {imports}"),
+        Figure(
+            "peak memory of a fit, 640x480, 30 numbers",
+            fit["peak"],
+            "GiB",
+            FIT_TARGET,
+            f"{fit['unknowns']} numbers, {fit['steps']} steps, {fit['status']}; {imports}",
+        ),
     ]
 
 

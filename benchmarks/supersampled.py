@@ -83,8 +83,14 @@ def reference(make, camera, step, side, seed=0):
 
 def filtered(scene, camera, index=1.5, across=0.0, along=(1.0, 0.0), trees=1, refine=False):
     """Image and derivative, in index and place of the sphere `along`, of `trees` x `trees` filtered trees a pixel."""
-    found = dw.derivative(lambda step: changed(scene, index + along[0] * step, across + along[1] * step), 0.0, camera,
-                          free=(INDEX,), footprint=trees, refine=refine)
+    found = dw.derivative(
+        lambda step: changed(scene, index + along[0] * step, across + along[1] * step),
+        0.0,
+        camera,
+        free=(INDEX,),
+        footprint=trees,
+        refine=refine,
+    )
     return found.image.astype(np.float64), found.slope.astype(np.float64)
 
 

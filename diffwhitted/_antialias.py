@@ -37,8 +37,15 @@ class Antialiased:
     rays: int
 
 
-def antialias(scene: Scene, camera: Camera, threshold: float, *, levels: int = LEVELS, max_depth: int | None = None,
-              cutoff: float | None = None) -> Antialiased:
+def antialias(
+    scene: Scene,
+    camera: Camera,
+    threshold: float,
+    *,
+    levels: int = LEVELS,
+    max_depth: int | None = None,
+    cutoff: float | None = None,
+) -> Antialiased:
     """The picture by Whitted's adaptive scheme.
 
     `threshold`: the largest difference between corners, in any channel of linear RGB, at which a square is not divided.
@@ -51,9 +58,13 @@ def antialias(scene: Scene, camera: Camera, threshold: float, *, levels: int = L
     scene, camera, plan = _prepared(scene, camera, max_depth, cutoff)
     width, height, finest = camera.width, camera.height, 2**levels
     trace = _Tracer(scene, camera, plan, finest)
-    found = trace(*(at.reshape(-1) * finest for at in np.mgrid[: height + 1, : width + 1]), finest).reshape(height + 1, width + 1, 4)
+    found = trace(*(at.reshape(-1) * finest for at in np.mgrid[: height + 1, : width + 1]), finest).reshape(
+        height + 1, width + 1, 4
+    )
     corners = np.stack([found[:-1, :-1], found[:-1, 1:], found[1:, :-1], found[1:, 1:]], axis=2).reshape(-1, 4, 4)
-    squares = Squares(np.arange(width * height), *(at.reshape(-1) * finest for at in np.mgrid[:height, :width]), corners)
+    squares = Squares(
+        np.arange(width * height), *(at.reshape(-1) * finest for at in np.mgrid[:height, :width]), corners
+    )
     picture, parts, step = np.zeros((width * height, 3)), np.zeros(width * height, int), finest
     while True:
         divided = squares.differ(threshold) & (step > 1)
@@ -65,10 +76,14 @@ def antialias(scene: Scene, camera: Camera, threshold: float, *, levels: int = L
             break
         step //= 2
         squares = squares.some(divided).quartered(trace, step)
-    return Antialiased(picture.reshape(height, width, 3).astype(scene.dtype), parts.reshape(height, width), trace.samples, trace.rays)
+    return Antialiased(
+        picture.reshape(height, width, 3).astype(scene.dtype), parts.reshape(height, width), trace.samples, trace.rays
+    )
 
 
-def compile_antialias(scene: Scene, camera: Camera, *, max_depth: int | None = None, cutoff: float | None = None) -> None:
+def compile_antialias(
+    scene: Scene, camera: Camera, *, max_depth: int | None = None, cutoff: float | None = None
+) -> None:
     """Compile the program of `antialias`, which is kept, without tracing a picture."""
     scene, camera, plan = _prepared(scene, camera, max_depth, cutoff)
     corner = np.zeros(1)
@@ -80,12 +95,20 @@ def _prepared(scene: Scene, camera: Camera, max_depth: int | None, cutoff: float
     scene = scene.with_cutoff(cutoff)
     camera = camera.in_precision(scene.dtype)
     corners = camera.resized(camera.width + 1, camera.height + 1)
-    return scene, camera, make_plan(scene, corners, max_depth=depth_number(max_depth), capacity=likely_room(camera), footprint=0)
+    return (
+        scene,
+        camera,
+        make_plan(scene, corners, max_depth=depth_number(max_depth), capacity=likely_room(camera), footprint=0),
+    )
 
 
 def check_threshold(threshold) -> None:
     """Raise `SceneError` unless it is a difference of colours."""
-    if isinstance(threshold, bool) or not isinstance(threshold, (int, float, np.floating)) or not 0 < threshold < np.inf:
+    if (
+        isinstance(threshold, bool)
+        or not isinstance(threshold, (int, float, np.floating))
+        or not 0 < threshold < np.inf
+    ):
         raise SceneError(f"antialias = {threshold!r}; allowed is a difference of linear RGB > 0, such as 0.1")
 
 
@@ -93,13 +116,20 @@ class _Tracer:
     """Colours at places of the finest lattice; counts what it traces."""
 
     def __init__(self, scene: Scene, camera: Camera, plan: Plan, finest: int):
-        self.program, self.plan, self.finest, self.dtype = partial(_pass, scene, camera, plan), plan, finest, scene.dtype
+        self.program, self.plan, self.finest, self.dtype = (
+            partial(_pass, scene, camera, plan),
+            plan,
+            finest,
+            scene.dtype,
+        )
         self.width = camera.width * finest + 1
         self.samples = self.rays = 0
 
     def __call__(self, row: np.ndarray, column: np.ndarray, step: int) -> np.ndarray:
         """Colour and doubt (n, 4) of rays that stand `step` apart."""
-        film, rays = traced_list(self.program, self.plan, column / self.finest, row / self.finest, step / self.finest, self.dtype)
+        film, rays = traced_list(
+            self.program, self.plan, column / self.finest, row / self.finest, step / self.finest, self.dtype
+        )
         self.samples, self.rays = self.samples + row.size, self.rays + rays
         return film.T
 
@@ -131,15 +161,30 @@ class Squares:
     def quartered(self, trace: "_Tracer", half: int) -> "Squares":
         """Each divided into four: of their nine corners five are new, the middle and those of the sides."""
         down, across = np.asarray([(0, 1), (1, 0), (1, 1), (1, 2), (2, 1)]).T * half
-        top, left, middle, right, bottom = trace.once(self.row[:, None] + down, self.column[:, None] + across, half).transpose(1, 0, 2)
+        top, left, middle, right, bottom = trace.once(
+            self.row[:, None] + down, self.column[:, None] + across, half
+        ).transpose(1, 0, 2)
         a, b, c, d = (self.corners[:, k] for k in range(4))
-        corners = [(a, top, left, middle), (top, b, middle, right), (left, middle, c, bottom), (middle, right, bottom, d)]
-        return Squares(np.tile(self.pixel, 4), *(np.concatenate([at + half * far for far in offsets]) for at, offsets in (
-            (self.row, (0, 0, 1, 1)), (self.column, (0, 1, 0, 1)))), np.concatenate([np.stack(four, axis=1) for four in corners]))
+        corners = [
+            (a, top, left, middle),
+            (top, b, middle, right),
+            (left, middle, c, bottom),
+            (middle, right, bottom, d),
+        ]
+        return Squares(
+            np.tile(self.pixel, 4),
+            *(
+                np.concatenate([at + half * far for far in offsets])
+                for at, offsets in ((self.row, (0, 0, 1, 1)), (self.column, (0, 1, 0, 1)))
+            ),
+            np.concatenate([np.stack(four, axis=1) for four in corners]),
+        )
 
 
 @eqx.filter_jit
-def _pass(scene: Scene, camera: Camera, plan: Plan, samples: Samples) -> tuple[Float[Array, "4 pixels"], Float[Array, ""]]:
+def _pass(
+    scene: Scene, camera: Camera, plan: Plan, samples: Samples
+) -> tuple[Float[Array, "4 pixels"], Float[Array, ""]]:
     """One pass: colour, and how much light comes along rays that pass by something small; and the number of descendants."""
     light, beside, descendants = trace_beside_small(tabulate(scene), camera, plan, samples)
     return jnp.concatenate([light.stacked(axis=0), beside.x[None]]), descendants

@@ -27,8 +27,15 @@ class Bounded:
         return float(self.left_out.max())
 
 
-def render_with_bound(scene: Scene, camera: Camera, *, samples: int = 1, max_depth: int | None = None,
-                      footprint: int | None = None, cutoff: float | None = None) -> Bounded:
+def render_with_bound(
+    scene: Scene,
+    camera: Camera,
+    *,
+    samples: int = 1,
+    max_depth: int | None = None,
+    footprint: int | None = None,
+    cutoff: float | None = None,
+) -> Bounded:
     """What `render` gives, with a certified bound on what its `cutoff` and `max_depth` leave out.
 
     The bound of a pixel is the sum of the throughputs of the branches that were not followed, each times the most light

@@ -106,8 +106,13 @@ def _of_chord(g: Linear, h: Linear):
     unit_u, unit_v, distance = g.across / steepness, g.down / steepness, g.value / steepness
     start_u, start_v = -distance * unit_u, -distance * unit_v
     low, high = -1.0, 1.0
-    for at, slope in ((0.5 - start_u, unit_v), (0.5 + start_u, -unit_v), (0.5 - start_v, -unit_u), (0.5 + start_v, unit_u),
-                      (h.value + h.across * start_u + h.down * start_v, h.down * unit_u - h.across * unit_v)):
+    for at, slope in (
+        (0.5 - start_u, unit_v),
+        (0.5 + start_u, -unit_v),
+        (0.5 - start_v, -unit_u),
+        (0.5 + start_v, unit_u),
+        (h.value + h.across * start_u + h.down * start_v, h.down * unit_u - h.across * unit_v),
+    ):
         low, high = _clipped(low, high, at, slope)
     return jnp.where(there, 0.5 * distance * jnp.maximum(high - low, 0), 0)
 

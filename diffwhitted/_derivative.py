@@ -39,8 +39,16 @@ class Derivative:
     rays: int
 
 
-def derivative(make: Callable[[Float[Array, "..."]], Scene], value, camera: Camera, *, free: tuple[str, ...] = (),
-               max_depth: int | None = None, footprint: int = 1, refine: bool = True) -> Derivative:
+def derivative(
+    make: Callable[[Float[Array, "..."]], Scene],
+    value,
+    camera: Camera,
+    *,
+    free: tuple[str, ...] = (),
+    max_depth: int | None = None,
+    footprint: int = 1,
+    refine: bool = True,
+) -> Derivative:
     """The picture of `make(value)` and its derivative in `value`, a number or an array whose entries change together.
 
         derivative(lambda n: replace_coefficient(scene, "glass.refractive_index", n), 1.5, camera)
@@ -59,19 +67,27 @@ def derivative(make: Callable[[Float[Array, "..."]], Scene], value, camera: Came
     if not isinstance(scene, Scene):
         raise SceneError(f"derivative: make(value) gave a {type(scene).__name__}; allowed is a Scene")
     camera = camera.in_precision(scene.dtype)
-    plan = make_plan(scene, camera, free=free, max_depth=depth_number(max_depth), capacity=likely_room(camera), footprint=footprint)
+    plan = make_plan(
+        scene, camera, free=free, max_depth=depth_number(max_depth), capacity=likely_room(camera), footprint=footprint
+    )
     pixels, samples = camera.width * camera.height, _regular(plan, camera)
     program = partial(_pass, scene, tangent, camera, plan)
     films, counts = zip(*side_by_side(lambda one: film_of(program, plan, one), samples), strict=True)
     films, rays = np.stack(films), sum(counts)
     per_pixel = max(footprint, 1) ** 2
     whole = films.reshape(per_pixel, plan.passes, 2, 3, -1).mean(axis=0)
-    image, slope = (np.array(gathered(jnp.asarray(whole[:, part]), camera.height, camera.width)).reshape(pixels, 3) for part in (0, 1))
+    image, slope = (
+        np.array(gathered(jnp.asarray(whole[:, part]), camera.height, camera.width)).reshape(pixels, 3)
+        for part in (0, 1)
+    )
     chosen = _largest(slope) if refine and footprint else np.zeros(0, int)
     if chosen.size:
         side = SIDE * footprint
         inside = np.asarray(sample_places(side, scene.dtype))
-        column, row = ((at[:, None] + inside[:, axis]).reshape(-1) for axis, at in enumerate((chosen % camera.width, chosen // camera.width)))
+        column, row = (
+            (at[:, None] + inside[:, axis]).reshape(-1)
+            for axis, at in enumerate((chosen % camera.width, chosen // camera.width))
+        )
         finer, more = traced_list(program, plan, column, row, 1 / side, scene.dtype)
         image[chosen], slope[chosen] = finer.reshape(2, 3, chosen.size, side**2).mean(axis=-1).transpose(0, 2, 1)
         rays += more

@@ -11,7 +11,9 @@ from ._workers import processors, side_by_side
 from .tree import Plan, Samples
 
 
-def traced_list(program: Callable[[Samples], tuple], plan: Plan, column: np.ndarray, row: np.ndarray, side: float, dtype) -> tuple[np.ndarray, int]:
+def traced_list(
+    program: Callable[[Samples], tuple], plan: Plan, column: np.ndarray, row: np.ndarray, side: float, dtype
+) -> tuple[np.ndarray, int]:
     """The film (..., n) at n places of the picture, each for a square of `side` pixels, and the rays that it took.
 
     `program(samples)` gives the film of one pass (..., plan.pass_pixels) and its number of descendants.
@@ -21,8 +23,13 @@ def traced_list(program: Callable[[Samples], tuple], plan: Plan, column: np.ndar
     if passes < processors() and count >= 2 * plan.block:
         passes = min(processors(), count // plan.block)
     each = -(-count // passes)
-    films, rays = zip(*side_by_side(lambda samples: film_of(program, plan, samples),
-                                    [packed_pass(plan, column[i : i + each], row[i : i + each], side, dtype) for i in range(0, count, each)]), strict=True)
+    films, rays = zip(
+        *side_by_side(
+            lambda samples: film_of(program, plan, samples),
+            [packed_pass(plan, column[i : i + each], row[i : i + each], side, dtype) for i in range(0, count, each)],
+        ),
+        strict=True,
+    )
     return np.concatenate([film[..., :each] for film in films], axis=-1)[..., :count], sum(rays)
 
 

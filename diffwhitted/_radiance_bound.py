@@ -36,9 +36,15 @@ def radiance_bounds(scene: Scene, camera: Camera, plan: Plan) -> np.ndarray:
     near = np.asarray([[i == j or not _apart(a, b) for j, b in enumerate(objects)] for i, a in enumerate(objects)])
     solid = np.asarray([isinstance(o, Sphere) for o in objects])
     others = ~np.eye(len(objects), dtype=bool)
-    total = np.asarray([plan.effects.total_internal_reflection and plan.total_reflection_is_full and bool(t.any())
-                        and not (s and (n & o).sum() == 0 and not _holds(thing, camera))
-                        for thing, t, s, n, o in zip(objects, k_t, solid, near, others, strict=True)])[:, None]
+    total = np.asarray(
+        [
+            plan.effects.total_internal_reflection
+            and plan.total_reflection_is_full
+            and bool(t.any())
+            and not (s and (n & o).sum() == 0 and not _holds(thing, camera))
+            for thing, t, s, n, o in zip(objects, k_t, solid, near, others, strict=True)
+        ]
+    )[:, None]
     out = into = np.zeros_like(local)
     for _ in range(DEEPEST):
         from_outside = local + np.maximum(k_s * out + k_t * into, total * out)
@@ -67,7 +73,11 @@ def _material(scene: Scene, thing) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def _local_inside(scene: Scene, thing, local: np.ndarray) -> np.ndarray:
     """The same on the inside: the object's own surface hides all lamps outside it where shadows are opaque."""
-    if scene.shadows != "opaque" or not isinstance(thing, Sphere) or any(_holds(thing, light) for light in scene.lights):
+    if (
+        scene.shadows != "opaque"
+        or not isinstance(thing, Sphere)
+        or any(_holds(thing, light) for light in scene.lights)
+    ):
         return local
     m = scene.materials[thing.material]
     pattern = 1.0 if m.k_a_texture is None else scene.textures[m.k_a_texture].brightest()
@@ -77,7 +87,9 @@ def _local_inside(scene: Scene, thing, local: np.ndarray) -> np.ndarray:
 def _holds(sphere: Sphere, thing) -> bool:
     """Is a camera or a lamp inside the sphere, or on it?"""
     place = getattr(thing, "look_from", None) if hasattr(thing, "look_from") else getattr(thing, "position", None)
-    return place is not None and bool(np.linalg.norm(np.asarray(place, np.float64) - _centre(sphere)) <= float(sphere.radius))
+    return place is not None and bool(
+        np.linalg.norm(np.asarray(place, np.float64) - _centre(sphere)) <= float(sphere.radius)
+    )
 
 
 def _apart(a, b) -> bool:

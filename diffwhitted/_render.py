@@ -17,9 +17,18 @@ from .scene import Camera, Scene, depth_number, is_traced, split_name, tabulate,
 from .tree import Beyond, Plan, Record, grid, likely_room, make_plan, record, replay, sample_places, trace
 
 
-def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: int = 1,
-           max_depth: int | None = None, footprint: int | None = None, cutoff: float | None = None,
-           antialias: float | None = None, tolerance: float | None = None) -> Float[Array, "height width 3"]:
+def render(
+    scene: Scene,
+    camera: Camera,
+    *,
+    plan: Plan | None = None,
+    samples: int = 1,
+    max_depth: int | None = None,
+    footprint: int | None = None,
+    cutoff: float | None = None,
+    antialias: float | None = None,
+    tolerance: float | None = None,
+) -> Float[Array, "height width 3"]:
     """The image of a scene: linear Rec. 709 RGB, scene-referred, row 0 on top.
 
     `samples` is the number of samples along each side of a pixel (n x n rays on a regular grid, averaged);
@@ -38,20 +47,38 @@ def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: i
     too small; no ray is dropped in silence.
     """
     if tolerance is not None:
-        if plan is not None or samples != 1 or any(option is not None for option in (max_depth, footprint, cutoff, antialias)):
-            raise SceneError("tolerance beside plan, samples, max_depth, footprint, cutoff or antialias, which it stands in place of; give it alone")
+        if (
+            plan is not None
+            or samples != 1
+            or any(option is not None for option in (max_depth, footprint, cutoff, antialias))
+        ):
+            raise SceneError(
+                "tolerance beside plan, samples, max_depth, footprint, cutoff or antialias, which it stands in place of; give it alone"
+            )
         return jnp.asarray(choose(scene, camera, tolerance=tolerance).measured.image)
     scene = scene.with_cutoff(cutoff)
     camera = camera.in_precision(scene.dtype)
     samples, max_depth, given = whole_number(samples, "samples"), depth_number(max_depth), plan is not None
     for option, value in (("max_depth", max_depth), ("footprint", footprint)):
         if given and value is not None:
-            raise SceneError(f"{option} = {value} beside a plan, which has its own; give it to diffwhitted.plan instead")
+            raise SceneError(
+                f"{option} = {value} beside a plan, which has its own; give it to diffwhitted.plan instead"
+            )
     traced = any(map(is_traced, jax.tree.leaves((scene, camera))))
     if antialias is not None:
         if given or samples > 1 or footprint or traced:
-            other = "a plan" if given else f"samples = {samples}" if samples > 1 else f"footprint = {footprint}" if footprint else "traced values"
-            raise SceneError(f"antialias = {antialias!r} with {other}; allowed is one way to antialias, and this one only outside jit, grad and vmap")
+            other = (
+                "a plan"
+                if given
+                else f"samples = {samples}"
+                if samples > 1
+                else f"footprint = {footprint}"
+                if footprint
+                else "traced values"
+            )
+            raise SceneError(
+                f"antialias = {antialias!r} with {other}; allowed is one way to antialias, and this one only outside jit, grad and vmap"
+            )
         return jnp.asarray(adaptive(scene, camera, antialias, max_depth=max_depth).image)
     if given:
         _check(plan, scene, camera, traced)
@@ -59,8 +86,10 @@ def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: i
         room = None if traced else likely_room(camera)
         plan = make_plan(scene, camera, max_depth=max_depth, capacity=room, footprint=footprint)
     if samples > 1 and plan.footprint:
-        raise SceneError(f"samples = {samples} with footprint = {plan.footprint}; allowed is one of the two: footprint = k traces "
-                         "k x k trees a pixel, footprint = 0 with samples = n traces n x n points")
+        raise SceneError(
+            f"samples = {samples} with footprint = {plan.footprint}; allowed is one of the two: footprint = k traces "
+            "k x k trees a pixel, footprint = 0 with samples = n traces n x n points"
+        )
     if traced:
         image, needed = render_passes(scene, camera, plan, samples)
         return eqx.error_if(image, needed > plan.capacity, _too_small(plan))
@@ -72,8 +101,14 @@ def render(scene: Scene, camera: Camera, *, plan: Plan | None = None, samples: i
     return image
 
 
-def plan(scene: Scene, camera: Camera, *, free: tuple[str, ...] = (), max_depth: int | None = None,
-         footprint: int | None = None) -> Plan:
+def plan(
+    scene: Scene,
+    camera: Camera,
+    *,
+    free: tuple[str, ...] = (),
+    max_depth: int | None = None,
+    footprint: int | None = None,
+) -> Plan:
     """A plan with measured room for the rays of this scene and camera, with a tenth to spare.
 
     `free` names coefficients ("glass.k_s") whose derivative is wanted although they may be zero now; `max_depth`
@@ -81,8 +116,10 @@ def plan(scene: Scene, camera: Camera, *, free: tuple[str, ...] = (), max_depth:
     `jit`, where there is nothing to measure.
     """
     if any(map(is_traced, jax.tree.leaves((scene, camera)))):
-        raise SceneError("plan: the values of the scene or camera are traced, so there is nothing to measure; "
-                         "call diffwhitted.plan outside jit, grad or vmap, and pass the plan in")
+        raise SceneError(
+            "plan: the values of the scene or camera are traced, so there is nothing to measure; "
+            "call diffwhitted.plan outside jit, grad or vmap, and pass the plan in"
+        )
     for name in free:
         split_name(scene, name)
     max_depth = depth_number(max_depth)
@@ -99,7 +136,9 @@ def _check(plan: Plan, scene: Scene, camera: Camera, traced: bool):
     """
     asked = plan
     coefficients = [is_traced(leaf) for leaf in jax.tree.leaves(scene.materials)]
-    elsewhere = any(map(is_traced, jax.tree.leaves((scene.objects, scene.lights, scene.background, scene.ambient, camera))))
+    elsewhere = any(
+        map(is_traced, jax.tree.leaves((scene.objects, scene.lights, scene.background, scene.ambient, camera)))
+    )
     if not traced or not (elsewhere or all(coefficients)):
         asked = make_plan(scene, camera, max_depth=plan.max_depth, capacity=plan.capacity, footprint=plan.footprint)
     wrong = plan.shortfall(replace(asked, picture=(camera.width, camera.height)))
@@ -108,7 +147,9 @@ def _check(plan: Plan, scene: Scene, camera: Camera, traced: bool):
         raise SceneError(f"plan: {wrong}; make one with diffwhitted.plan(scene, camera){advice}")
 
 
-def trace_samples(scene: Scene, camera: Camera, plan: Plan, number: Int[Array, ""], samples: int = 1, beyond: Beyond | None = None):
+def trace_samples(
+    scene: Scene, camera: Camera, plan: Plan, number: Int[Array, ""], samples: int = 1, beyond: Beyond | None = None
+):
     """One pass of the picture, (3, plan.pass_pixels), and for each sample how many rays other than camera rays it takes.
 
     With `beyond` there are three more channels: the most light that the branches that were not followed could bring.
@@ -148,7 +189,9 @@ def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
 
 def traced_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):
     """The image, side by side on all processors, and the rays other than camera rays of each pass and sample."""
-    passes = side_by_side(lambda number: trace_pass(scene, camera, plan, number, samples, beyond), list(_pass_numbers(plan)))
+    passes = side_by_side(
+        lambda number: trace_pass(scene, camera, plan, number, samples, beyond), list(_pass_numbers(plan))
+    )
     return _assembled(passes, camera)
 
 
@@ -172,7 +215,9 @@ def _assembled(passes, camera: Camera):
 def record_passes(scene: Scene, camera: Camera, plan: Plan, place=None) -> Record:
     """The recorded trees of all passes, stacked."""
     tables, place = tabulate(scene), _centre(scene) if place is None else place
-    return jax.lax.map(lambda number: record(tables, camera, plan, grid(plan, camera, number, place)), _pass_numbers(plan))
+    return jax.lax.map(
+        lambda number: record(tables, camera, plan, grid(plan, camera, number, place)), _pass_numbers(plan)
+    )
 
 
 def recorded_with_room(scene: Scene, camera: Camera, plan: Plan) -> tuple[Plan, Record]:
@@ -186,7 +231,9 @@ def recorded_with_room(scene: Scene, camera: Camera, plan: Plan) -> tuple[Plan, 
 
 
 @eqx.filter_jit
-def replay_passes(scene: Scene, camera: Camera, trees: Record, plan: Plan, place=None) -> Float[Array, "height width 3"]:
+def replay_passes(
+    scene: Scene, camera: Camera, trees: Record, plan: Plan, place=None
+) -> Float[Array, "height width 3"]:
     """The image of recorded trees, differentiable in `scene` and `camera`."""
     tables, place = tabulate(scene), _centre(scene) if place is None else place
 
@@ -207,5 +254,7 @@ def _centre(scene: Scene):
 
 
 def _too_small(plan: Plan) -> str:
-    return (f"the ray tree needs more room than the plan's {plan.capacity} rays a pass; make a plan for this scene "
-            "with diffwhitted.plan(scene, camera), lower max_depth, or set fewer of k_s and k_t above zero")
+    return (
+        f"the ray tree needs more room than the plan's {plan.capacity} rays a pass; make a plan for this scene "
+        "with diffwhitted.plan(scene, camera), lower max_depth, or set fewer of k_s and k_t above zero"
+    )

@@ -38,7 +38,9 @@ def packed(some: Bool[Array, "n"], work: Callable, rest, *operands):
     packets = -(-count // size)
     before, total = running_count(some.astype(jnp.float32))
     who = jnp.zeros(packets * size, jnp.int32)
-    who = who.at[jnp.where(some, before, who.shape[0])].set(jnp.arange(count, dtype=jnp.int32), mode="drop", unique_indices=True)
+    who = who.at[jnp.where(some, before, who.shape[0])].set(
+        jnp.arange(count, dtype=jnp.int32), mode="drop", unique_indices=True
+    )
 
     def packet(result, start):
         def follow(result):

@@ -11,12 +11,33 @@ if TYPE_CHECKING:
     from ._tradeoff import Tradeoff, tradeoff
     from ._tradeoff_plot import tradeoff_figure
 
-__all__ = ["FitError", "FitResult", "FitStage", "FitStep", "FitView", "FittedCoefficient", "Target", "Tradeoff", "fit", "tradeoff",
-           "tradeoff_figure"]
+__all__ = [
+    "FitError",
+    "FitResult",
+    "FitStage",
+    "FitStep",
+    "FitView",
+    "FittedCoefficient",
+    "Target",
+    "Tradeoff",
+    "fit",
+    "tradeoff",
+    "tradeoff_figure",
+]
 
-_HOMES = {"FitError": "_errors", "FitResult": "_result", "FitStage": "_result", "FitStep": "_result", "FitView": "_result",
-          "FittedCoefficient": "_result", "Target": "_target", "Tradeoff": "_tradeoff", "fit": "_fit", "tradeoff": "_tradeoff",
-          "tradeoff_figure": "_tradeoff_plot"}
+_HOMES = {
+    "FitError": "_errors",
+    "FitResult": "_result",
+    "FitStage": "_result",
+    "FitStep": "_result",
+    "FitView": "_result",
+    "FittedCoefficient": "_result",
+    "Target": "_target",
+    "Tradeoff": "_tradeoff",
+    "fit": "_fit",
+    "tradeoff": "_tradeoff",
+    "tradeoff_figure": "_tradeoff_plot",
+}
 
 
 def __getattr__(name: str):

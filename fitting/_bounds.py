@@ -60,7 +60,11 @@ class Bounds(eqx.Module):
         return jax.jvp(self.values, (x,), (jnp.ones_like(x),))[1]
 
     def _scaled(self, values):
-        return jnp.stack([v if (o := _OFFSET[s]) is None else jnp.log(v - o) for v, s in zip(values, self.scales, strict=True)])
+        return jnp.stack(
+            [v if (o := _OFFSET[s]) is None else jnp.log(v - o) for v, s in zip(values, self.scales, strict=True)]
+        )
 
     def _unscaled(self, values):
-        return jnp.stack([v if (o := _OFFSET[s]) is None else jnp.exp(v) + o for v, s in zip(values, self.scales, strict=True)])
+        return jnp.stack(
+            [v if (o := _OFFSET[s]) is None else jnp.exp(v) + o for v, s in zip(values, self.scales, strict=True)]
+        )

@@ -21,15 +21,25 @@ from ._target import Target, as_targets
 from ._unknowns import free_coefficients, list_unknowns, start_values
 from ._views import PART_PIXELS, PART_RAYS, view_of
 
-
 SPARE = 1.4
 """Moving rays come to be more: so many times the likely room, for more room later would be another program."""
 
 
-def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float] | None = None,
-        bounds: Mapping[str, tuple[float, float]] | None = None, starts: int = 1, samples: int = 1,
-        max_depth: int | None = None, footprint: int | None = None, max_steps: int = 100,
-        coarse_to_fine: bool = True, on_step: Callable[[FitStep], None] | None = None) -> FitResult:
+def fit(
+    scene: Scene,
+    targets,
+    free: Sequence[str],
+    *,
+    start: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    starts: int = 1,
+    samples: int = 1,
+    max_depth: int | None = None,
+    footprint: int | None = None,
+    max_steps: int = 100,
+    coarse_to_fine: bool = True,
+    on_step: Callable[[FitStep], None] | None = None,
+) -> FitResult:
     """Find the free material coefficients that make the rendered scene equal the targets.
 
     - `targets`: a picture `(H, W, 3)` in linear Rec. 709 RGB, a `Target` (camera, mask, noise), a mapping from
@@ -52,8 +62,10 @@ def fit(scene: Scene, targets, free: Sequence[str], *, start: Mapping[str, float
     from the residual. Raises `FitError` for input that cannot be used (`SceneError` for a max_depth).
     """
     begun = time.perf_counter()
-    starts, samples, max_steps = (whole_number(value, name, error=FitError)
-                                  for name, value in (("starts", starts), ("samples", samples), ("max_steps", max_steps)))
+    starts, samples, max_steps = (
+        whole_number(value, name, error=FitError)
+        for name, value in (("starts", starts), ("samples", samples), ("max_steps", max_steps))
+    )
     max_depth = depth_number(max_depth)
     targets = as_targets(scene, targets)
     names, passed_over = free_coefficients(scene, free, max_depth)
@@ -86,9 +98,21 @@ def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, sa
         camera = scene.cameras[target.camera]
         weight = np.sqrt(target.mask) / (UNIT if target.noise is None else target.noise) / np.sqrt(total)
         room = int(likely_room(camera, PART_PIXELS) * (SPARE if moving else 1))
-        plan = make_plan(scene, camera, free=names, max_depth=max_depth, capacity=room, footprint=footprint,
-                         pass_of=PART_PIXELS, block_of=PART_RAYS)
-        views.append(view_of(camera, target.image, weight, places[:, None] if moving else places[None], 1 / max(footprint, 1), plan))
+        plan = make_plan(
+            scene,
+            camera,
+            free=names,
+            max_depth=max_depth,
+            capacity=room,
+            footprint=footprint,
+            pass_of=PART_PIXELS,
+            block_of=PART_RAYS,
+        )
+        views.append(
+            view_of(
+                camera, target.image, weight, places[:, None] if moving else places[None], 1 / max(footprint, 1), plan
+            )
+        )
     recorded = tuple(prepared(scene, unknowns, values, view, moving) for view in views)
     return Problem(scene, bounds, recorded, unknowns), total
 
@@ -97,7 +121,14 @@ def _starting_points(first: np.ndarray, unknowns, starts: int) -> list[np.ndarra
     points = [first]
     if starts > 1:
         bounds = Bounds(unknowns)
-        shares = np.concatenate([np.full((1, len(unknowns)), 0.5),
-                                 qmc.Sobol(len(unknowns), seed=0).random_base2(max(1, (starts - 1).bit_length()))])
-        points += [np.asarray(bounds.values(jnp.asarray(np.arcsin(np.sqrt(s))))) for s in np.clip(shares[: starts - 1], 0.01, 0.99)]
+        shares = np.concatenate(
+            [
+                np.full((1, len(unknowns)), 0.5),
+                qmc.Sobol(len(unknowns), seed=0).random_base2(max(1, (starts - 1).bit_length())),
+            ]
+        )
+        points += [
+            np.asarray(bounds.values(jnp.asarray(np.arcsin(np.sqrt(s)))))
+            for s in np.clip(shares[: starts - 1], 0.01, 0.99)
+        ]
     return points

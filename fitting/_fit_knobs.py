@@ -45,15 +45,27 @@ FIT_KNOBS: tuple[FitKnob, ...] = (
     _of_pictures("cutoff", (0.0, 1 / 256, 1 / 64, 1 / 16), lambda scene, moving: float(scene.cutoff), None),
     _of_pictures("samples", (1, 2, 3), lambda scene, moving: 1, "samples"),
     _of_pictures("footprint", (0, 1, 2), lambda scene, moving: scene.footprint or int(moving), "footprint"),
-    FitKnob("coarse_to_fine", costs="without it, time: every step looks at all pixels of a large target",
-            controls="nothing in the end, as the last steps look at all pixels", off=True, sweep=(True, False), group="steps",
-            text="all pixels from the start", argument="coarse_to_fine", default=lambda scene, moving: True, least_pixels=2 * PART_PIXELS),
+    FitKnob(
+        "coarse_to_fine",
+        costs="without it, time: every step looks at all pixels of a large target",
+        controls="nothing in the end, as the last steps look at all pixels",
+        off=True,
+        sweep=(True, False),
+        group="steps",
+        text="all pixels from the start",
+        argument="coarse_to_fine",
+        default=lambda scene, moving: True,
+        least_pixels=2 * PART_PIXELS,
+    ),
 )
 """Every knob that trades accuracy for time in a fit."""
 
 COMBINATIONS: tuple[dict[str, Any], ...] = (
-    {"depth": 3, "footprint": 1}, {"depth": 8, "footprint": 1}, {"depth": 12, "footprint": 1},
-    {"depth": 8, "footprint": 2}, {"depth": 12, "footprint": 2},
+    {"depth": 3, "footprint": 1},
+    {"depth": 8, "footprint": 1},
+    {"depth": 12, "footprint": 1},
+    {"depth": 8, "footprint": 2},
+    {"depth": 12, "footprint": 2},
 )
 """What is measured beside the sweeps: a smaller depth with a footprint, and more of all."""
 

@@ -33,8 +33,15 @@ class Uncertainty:
     rank: int
 
 
-def uncertainty(factor: np.ndarray, noise: float, values: np.ndarray, unknowns: tuple[Unknown, ...], precision: float,
-                resolution: float = 0.0, shift: np.ndarray | float = 0.0) -> Uncertainty:
+def uncertainty(
+    factor: np.ndarray,
+    noise: float,
+    values: np.ndarray,
+    unknowns: tuple[Unknown, ...],
+    precision: float,
+    resolution: float = 0.0,
+    shift: np.ndarray | float = 0.0,
+) -> Uncertainty:
     """From R of the residuals' Jacobian (p, p), and the standard deviation `noise` of the residuals.
 
     Without a noise (NaN) there are no standard errors, and the rank alone says what is determined. `precision` is
@@ -60,7 +67,16 @@ def uncertainty(factor: np.ndarray, noise: float, values: np.ndarray, unknowns: 
     sizes = np.where(identifiable & (spread > 0), spread, np.inf)
     correlation = np.clip(covariance / np.outer(sizes, sizes), -1, 1)
     np.fill_diagonal(correlation, 1)
-    return Uncertainty(spread, error, _intervals(values, error, unknowns), seen, identifiable, confounded, correlation, int(determined.sum()))
+    return Uncertainty(
+        spread,
+        error,
+        _intervals(values, error, unknowns),
+        seen,
+        identifiable,
+        confounded,
+        correlation,
+        int(determined.sum()),
+    )
 
 
 def _partners(j: int, lost: list[int], directions: np.ndarray, seen: np.ndarray) -> tuple[int, ...]:

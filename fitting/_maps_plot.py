@@ -44,8 +44,12 @@ def maps_figure(maps: RayMaps, picture: np.ndarray) -> Figure:
     panels[0, 0].set_title("the picture, one sample a pixel", fontsize=10)
     _map(panels[0, 1], maps.rays, f"rays a sample: mean {maps.rays.mean():.2f}, most {maps.rays.max()}")
     _map(panels[1, 0], maps.depth, f"depth reached: mean {maps.depth.mean():.2f}, most {maps.depth.max()}")
-    _map(panels[1, 1], maps.squares, f"squares of antialias {maps.threshold:g}: mean {maps.squares.mean():.2f}, most {maps.squares.max()}",
-         logarithmic=True)
+    _map(
+        panels[1, 1],
+        maps.squares,
+        f"squares of antialias {maps.threshold:g}: mean {maps.squares.mean():.2f}, most {maps.squares.max()}",
+        logarithmic=True,
+    )
     return figure
 
 

@@ -23,7 +23,10 @@ ROUNDING = 64.0
 
 def at_rounding_level(views: tuple[FitView, ...], eps: float, at_rest: float) -> bool:
     """Is the residual no more than the arithmetic leaves over, or a solver that rests at steps of the share `at_rest`?"""
-    return all(view.rmse <= max(ROUNDING * eps, 2 * at_rest) * _root_mean_square(view.target[view.weight > 0]) for view in views)
+    return all(
+        view.rmse <= max(ROUNDING * eps, 2 * at_rest) * _root_mean_square(view.target[view.weight > 0])
+        for view in views
+    )
 
 
 def is_structured(views: tuple[FitView, ...], noises: tuple[np.ndarray | None, ...], unknowns: int) -> bool:
@@ -32,7 +35,10 @@ def is_structured(views: tuple[FitView, ...], noises: tuple[np.ndarray | None, .
     Where a noise is given and the residual is far below it, structure in the residual does not matter.
     """
     scaled = [_scaled(view, noise) for view, noise in zip(views, noises, strict=True)]
-    used, count = sum(float(view.weight.sum()) * 3 for view in views), sum(3 * int((view.weight > 0).sum()) for view in views)
+    used, count = (
+        sum(float(view.weight.sum()) * 3 for view in views),
+        sum(3 * int((view.weight > 0).sum()) for view in views),
+    )
     if noises[0] is not None and count > unknowns:
         size = sum(float((z**2).sum()) for z in scaled) / used * count / (count - unknowns)
         if size < TWICE**-2:

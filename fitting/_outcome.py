@@ -28,11 +28,21 @@ RESOLVED = 4.0
 """No standard error is below so many units in the last place of the coefficient."""
 MOSTLY = 0.8
 """Share of a standard error from which on one cause is its main cause."""
-MISFIT = "the residual is not noise: something that is fixed is wrong or the model lacks it; the intervals are too narrow"
+MISFIT = (
+    "the residual is not noise: something that is fixed is wrong or the model lacks it; the intervals are too narrow"
+)
 
 
-def outcome(scene: Scene, targets: tuple[Target, ...], problem: Problem, start: np.ndarray, best: Solution, unit: float,
-            effects: tuple[tuple[str, bool, str], ...], notes: tuple[str, ...]) -> FitResult:
+def outcome(
+    scene: Scene,
+    targets: tuple[Target, ...],
+    problem: Problem,
+    start: np.ndarray,
+    best: Solution,
+    unit: float,
+    effects: tuple[tuple[str, bool, str], ...],
+    notes: tuple[str, ...],
+) -> FitResult:
     """The result of the best run, whose residuals are in `unit` where no noise is given; its counts of starts and seconds are filled in by the caller."""
     unknowns = problem.unknowns
     residuals = _residual_count(targets)
@@ -47,34 +57,64 @@ def outcome(scene: Scene, targets: tuple[Target, ...], problem: Problem, start: 
     misfit = not rounding and is_structured(views, tuple(t.noise for t in targets), len(unknowns))
     if misfit:
         notes = (MISFIT, *notes)
-    coarse = [u.name for u, error, shift in zip(unknowns, known.standard_error, best.shift, strict=True)
-              if shift > MOSTLY * QUANTILE * error]
+    coarse = [
+        u.name
+        for u, error, shift in zip(unknowns, known.standard_error, best.shift, strict=True)
+        if shift > MOSTLY * QUANTILE * error
+    ]
     if coarse:
         which = ", ".join(coarse) if len(coarse) < 4 else f"{len(coarse)} coefficients"
-        notes = (f"the uncertainty of {which} is mostly what the ray trees leave out of a pixel; a larger footprint narrows it", *notes)
+        notes = (
+            f"the uncertainty of {which} is mostly what the ray trees leave out of a pixel; a larger footprint narrows it",
+            *notes,
+        )
     if np.isnan(noise):
-        notes = (f"there are no more residuals ({residuals}) than unknowns ({len(unknowns)}), so the noise cannot be estimated "
-                 "and there are no standard errors; give the noise", *notes)
-    status, message = _status(best, known, [u.name for u, moves in zip(unknowns, moving, strict=True) if moves], unknowns)
+        notes = (
+            f"there are no more residuals ({residuals}) than unknowns ({len(unknowns)}), so the noise cannot be estimated "
+            "and there are no standard errors; give the noise",
+            *notes,
+        )
+    status, message = _status(
+        best, known, [u.name for u, moves in zip(unknowns, moving, strict=True) if moves], unknowns
+    )
     squares = sum(float(np.sum(v.residual.astype(np.float64)[v.weight > 0] ** 2)) for v in views)
     spread = np.sqrt(np.mean([np.mean(t.noise**2) for t in targets])) if given else noise * np.sqrt(residuals) * unit
     return FitResult(
-        status=status, message="; ".join((message, *notes)),
+        status=status,
+        message="; ".join((message, *notes)),
         coefficients=tuple(_coefficient(i, u, best, start, known, at_bound, unknowns) for i, u in enumerate(unknowns)),
-        correlation=known.correlation, rank=known.rank, rmse=float(np.sqrt(squares / residuals)), noise=float(spread),
-        noise_given=given, steps=len(best.history), history=best.history, seconds_compile=0.0, seconds_solve=0.0,
-        starts_tried=1, effects=effects, views=views,
+        correlation=known.correlation,
+        rank=known.rank,
+        rmse=float(np.sqrt(squares / residuals)),
+        noise=float(spread),
+        noise_given=given,
+        steps=len(best.history),
+        history=best.history,
+        seconds_compile=0.0,
+        seconds_solve=0.0,
+        starts_tried=1,
+        effects=effects,
+        views=views,
         scene=insert(scene, unknowns, best.values.astype(scene.dtype)),
-        free=tuple(dict.fromkeys(u.coefficient for u in unknowns)), misfit=misfit, at_rounding_level=rounding, stages=best.stages,
+        free=tuple(dict.fromkeys(u.coefficient for u in unknowns)),
+        misfit=misfit,
+        at_rounding_level=rounding,
+        stages=best.stages,
     )
 
 
-def rest_test(scene: Scene, targets: tuple[Target, ...], unknowns: tuple[Unknown, ...], unit: float, errors: float = 0.005):
+def rest_test(
+    scene: Scene, targets: tuple[Target, ...], unknowns: tuple[Unknown, ...], unit: float, errors: float = 0.005
+):
     """A test for the solver: are these coefficients, with this R, q and loss, as good as they will get, or to `errors` of their errors?"""
 
     def at_rest(values, factor, remainder, loss) -> bool:
-        known = uncertainty(factor, _noise(targets, loss, len(unknowns), unit, scene), values, unknowns, _precision(scene))
-        return not unsettled(values, factor, remainder, known, unknowns, _precision(scene), _rest_share(scene), errors).any()
+        known = uncertainty(
+            factor, _noise(targets, loss, len(unknowns), unit, scene), values, unknowns, _precision(scene)
+        )
+        return not unsettled(
+            values, factor, remainder, known, unknowns, _precision(scene), _rest_share(scene), errors
+        ).any()
 
     return at_rest
 
@@ -113,19 +153,33 @@ def with_runs(result: FitResult, solutions: list[Solution], compiling: float) ->
     """The result with what all runs together took."""
     ends = Counter(f"{s.loss:.2g}" for s in solutions)
     note = f"; {len(solutions)} starts ended at {len(ends)} different losses" if len(solutions) > 1 else ""
-    return dataclasses.replace(result, message=result.message + note, starts_tried=len(solutions), seconds_compile=compiling,
-                               seconds_solve=sum(s.seconds for s in solutions))
+    return dataclasses.replace(
+        result,
+        message=result.message + note,
+        starts_tried=len(solutions),
+        seconds_compile=compiling,
+        seconds_solve=sum(s.seconds for s in solutions),
+    )
 
 
-def _coefficient(i: int, unknown: Unknown, best: Solution, start, known: Uncertainty, at_bound, unknowns) -> FittedCoefficient:
+def _coefficient(
+    i: int, unknown: Unknown, best: Solution, start, known: Uncertainty, at_bound, unknowns
+) -> FittedCoefficient:
     sure, determined = bool(known.identifiable[i]), np.isfinite(known.standard_error[i])
     return FittedCoefficient(
-        name=unknown.name, symbol=unknown.row.symbol, value=float(best.values[i]), start=float(start[i]),
+        name=unknown.name,
+        symbol=unknown.row.symbol,
+        value=float(best.values[i]),
+        start=float(start[i]),
         standard_error=float(known.standard_error[i]) if determined else None,
         interval_95=_interval(known.interval[i], unknown, at_bound[i]) if determined else None,
         shift=float(best.shift[i]),
-        identifiable=sure, seen=bool(known.seen[i]), confounded_with=tuple(unknowns[j].name for j in known.confounded[i]),
-        at_bound=bool(at_bound[i]), bounds=unknown.bounds, unit=unknown.row.unit,
+        identifiable=sure,
+        seen=bool(known.seen[i]),
+        confounded_with=tuple(unknowns[j].name for j in known.confounded[i]),
+        at_bound=bool(at_bound[i]),
+        bounds=unknown.bounds,
+        unit=unknown.row.unit,
     )
 
 
@@ -142,11 +196,16 @@ def _status(best: Solution, known: Uncertainty, moving: list[str], unknowns) -> 
     if best.interrupted:
         return "interrupted", f"stopped on request after {len(best.history)} steps; this is the best so far"
     if moving:
-        return "not_converged", (f"not converged after {len(best.history)} steps: {', '.join(moving)} still moving; "
-                                 "give more steps, another start, or several starts")
+        return "not_converged", (
+            f"not converged after {len(best.history)} steps: {', '.join(moving)} still moving; "
+            "give more steps, another start, or several starts"
+        )
     lost = [u.name for u, sure in zip(unknowns, known.identifiable, strict=True) if not sure]
     if lost:
-        return "not_identifiable", f"the pictures do not determine {', '.join(lost)}; fix them, or add a view that shows them"
+        return (
+            "not_identifiable",
+            f"the pictures do not determine {', '.join(lost)}; fix them, or add a view that shows them",
+        )
     return "converged", f"converged in {len(best.history)} steps"
 
 
@@ -155,4 +214,10 @@ def _view(target: Target, film: np.ndarray, scene: Scene) -> FitView:
     render = np.asarray(gathered(film, camera.height, camera.width))
     used = target.mask > 0
     residual = np.where(used[..., None], render - target.image, 0).astype(np.float32)
-    return FitView(target.camera, target.image.astype(np.float32), render.astype(np.float32), residual, target.mask.astype(np.float32))
+    return FitView(
+        target.camera,
+        target.image.astype(np.float32),
+        render.astype(np.float32),
+        residual,
+        target.mask.astype(np.float32),
+    )

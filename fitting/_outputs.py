@@ -61,7 +61,7 @@ def write_outputs(
         ("result.json", text(lambda: json.dumps(content, indent=2, allow_nan=False, default=str) + "\n")),
         ("fitted.toml", lambda path: write_whole(path, lambda there: save_scene(result.scene, there))),
     ]
-    for view, suffix in zip(result.views, _suffixes([view.camera for view in result.views])):
+    for view, suffix in zip(result.views, _suffixes([view.camera for view in result.views]), strict=True):
         jobs += [
             (f"render{suffix}.exr", picture(view.render, view.camera, "render with the fitted coefficients")),
             (f"residual{suffix}.exr", picture(view.residual, view.camera, "render - target")),
@@ -103,7 +103,10 @@ def explained(path: Path):
     except OSError as error:
         reason = (error.strerror or str(error) or type(error).__name__).lower()
         if isinstance(error, (FileExistsError, NotADirectoryError)):
-            reason, advice = "a file stands where a folder is needed", "choose another folder with --out, or move the file"
+            reason, advice = (
+                "a file stands where a folder is needed",
+                "choose another folder with --out, or move the file",
+            )
         elif isinstance(error, PermissionError):
             advice = "choose a folder of your own with --out"
         elif isinstance(error, IsADirectoryError):

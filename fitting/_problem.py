@@ -60,7 +60,10 @@ def _recorded(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[
     """The parts with their trees, and room for them."""
     while True:
         with ThreadPoolExecutor(1) as aside:
-            blank = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), eqx.filter_eval_shape(record_part, scene, unknowns, values, parts[0]))
+            blank = jax.tree.map(
+                lambda a: jnp.zeros(a.shape, a.dtype),
+                eqx.filter_eval_shape(record_part, scene, unknowns, values, parts[0]),
+            )
             compiling = aside.submit(part_factor, scene, unknowns, values, replace(parts[0], trees=blank))
             recorded = side_by_side(lambda part: replace(part, trees=record_part(scene, unknowns, values, part)), parts)
             compiling.result()
@@ -73,14 +76,18 @@ def _recorded(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[
 def _roomy(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[Part, ...]) -> tuple[Part, ...]:
     """The parts with room for their rays at these coefficients; the same for all, so that they share a program."""
     while True:
-        needed = max(int(found[2]) for found in side_by_side(lambda part: part_rows(scene, unknowns, values, part), parts))
+        needed = max(
+            int(found[2]) for found in side_by_side(lambda part: part_rows(scene, unknowns, values, part), parts)
+        )
         if needed <= parts[0].plan.capacity:
             return parts
         room = parts[0].plan.with_capacity(3 * needed // 2)
         parts = tuple(replace(part, plan=room) for part in parts)
 
 
-def factorise(problem: Problem, values: Float[Array, "p"], sigma: float = 0.0) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+def factorise(
+    problem: Problem, values: Float[Array, "p"], sigma: float = 0.0
+) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
     """The triangular factor of [J r] in the coefficients, (p + 1, p + 1), and the film of each target.
 
     The pictures are in the precision of the scene, the factor of the parts' factors in float64. With `sigma` residual
@@ -94,7 +101,11 @@ def factorise(problem: Problem, values: Float[Array, "p"], sigma: float = 0.0) -
     films = _by_view(problem, films)
     if program is part_rows:
         rows = _by_view(problem, factors)
-        factors = _blurred_factors(problem, rows, sigma) if sigma else [_triangular(r.reshape(r.shape[0], -1)) for passes in rows for r in passes]
+        factors = (
+            _blurred_factors(problem, rows, sigma)
+            if sigma
+            else [_triangular(r.reshape(r.shape[0], -1)) for passes in rows for r in passes]
+        )
     return _factor_of(np.concatenate(factors).astype(np.float64)), films
 
 
@@ -150,8 +161,12 @@ def record_part(scene: Scene, unknowns: tuple[Unknown, ...], values, part: Part)
     """
     values = jax.lax.stop_gradient(values)
     if part.plan.effects.cutoff:
-        values = jnp.stack([jnp.asarray(u.bounds[1], values.dtype) if u.row.name in ("k_s", "k_t") else v
-                            for u, v in zip(unknowns, values, strict=True)])
+        values = jnp.stack(
+            [
+                jnp.asarray(u.bounds[1], values.dtype) if u.row.name in ("k_s", "k_t") else v
+                for u, v in zip(unknowns, values, strict=True)
+            ]
+        )
     tables = tabulate(insert(scene, unknowns, values))
     return jax.lax.map(lambda place: record(tables, part.camera, part.plan, part.samples(place)), part.places)
 

@@ -13,8 +13,16 @@ HELD = 0.25
 """Share of its standard error within which a bound holds a coefficient that would go beyond it."""
 
 
-def unsettled(values: np.ndarray, factor: np.ndarray, remainder: np.ndarray, known: Uncertainty, unknowns: tuple[Unknown, ...],
-              precision: float, share: float, errors: float) -> np.ndarray:
+def unsettled(
+    values: np.ndarray,
+    factor: np.ndarray,
+    remainder: np.ndarray,
+    known: Uncertainty,
+    unknowns: tuple[Unknown, ...],
+    precision: float,
+    share: float,
+    errors: float,
+) -> np.ndarray:
     """Which coefficients the next step -R^-1 q would move by more than `share` of themselves and `errors` of their error.
 
     The step goes along the directions that the rank of R determines; whether their error is small does not matter here.
@@ -28,20 +36,31 @@ def unsettled(values: np.ndarray, factor: np.ndarray, remainder: np.ndarray, kno
     return abs(step) > np.fmax(allowed, errors * known.spread)
 
 
-def next_step(values: np.ndarray, factor: np.ndarray, remainder: np.ndarray, free: np.ndarray, near: np.ndarray, unknowns: tuple[Unknown, ...],
-              precision: float) -> np.ndarray:
+def next_step(
+    values: np.ndarray,
+    factor: np.ndarray,
+    remainder: np.ndarray,
+    free: np.ndarray,
+    near: np.ndarray,
+    unknowns: tuple[Unknown, ...],
+    precision: float,
+) -> np.ndarray:
     """The step -R^-1 q along the `free` coefficients, 0 for those that it would push through a bound no further than `near`."""
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
     for _ in range(len(unknowns) + 1):
         step = _step(factor, remainder, free, precision)
-        held = free & (((values + step < low) & (values - low < near)) | ((values + step > high) & (high - values < near)))
+        held = free & (
+            ((values + step < low) & (values - low < near)) | ((values + step > high) & (high - values < near))
+        )
         if not held.any():
             break
         free = free & ~held
     return step
 
 
-def nearly(values: np.ndarray, factor: np.ndarray, remainder: np.ndarray, unknowns: tuple[Unknown, ...], precision: float) -> bool:
+def nearly(
+    values: np.ndarray, factor: np.ndarray, remainder: np.ndarray, unknowns: tuple[Unknown, ...], precision: float
+) -> bool:
     """Is the next step small enough to go on with a sharper picture?"""
     lowest = np.asarray([u.row.lowest for u in unknowns])
     step = _step(factor, remainder, np.linalg.norm(factor, axis=0) > 0, precision)

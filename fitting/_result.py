@@ -251,10 +251,16 @@ class FitResult:
                 for view in self.views
             ],
             "stages": [
-                {"name": s.name, "samples": int(s.samples), "steps": int(s.steps), "seconds": _finite(s.seconds)} for s in self.stages
+                {"name": s.name, "samples": int(s.samples), "steps": int(s.steps), "seconds": _finite(s.seconds)}
+                for s in self.stages
             ],
             "history": [
-                {"step": int(s.step), "loss": _finite(s.loss), "seconds": _finite(s.seconds), "accepted": bool(s.accepted)}
+                {
+                    "step": int(s.step),
+                    "loss": _finite(s.loss),
+                    "seconds": _finite(s.seconds),
+                    "accepted": bool(s.accepted),
+                }
                 for s in self.history
             ],
         }

@@ -21,7 +21,11 @@ def best_of(problem: Problem, start: np.ndarray, sigma: float) -> np.ndarray:
     for i in (i for i, unknown in enumerate(problem.unknowns) if unknown.row.moves_rays):
         along = np.asarray(problem.bounds.unknowns(jnp.asarray(best, float)))
         for share in shares:
-            place = np.asarray(problem.bounds.values(jnp.asarray(np.where(np.arange(len(along)) == i, np.arcsin(np.sqrt(share)), along))))
+            place = np.asarray(
+                problem.bounds.values(
+                    jnp.asarray(np.where(np.arange(len(along)) == i, np.arcsin(np.sqrt(share)), along))
+                )
+            )
             if (loss := _loss(problem, place, sigma)) < least:
                 best, least = place, loss
     return best

@@ -76,7 +76,12 @@ class Look:
 
     def linear(self):
         """Coefficients, R, q, and the loss |r|^2 / 2."""
-        return self.values, self.factor[:-1, :-1], self.factor[:-1, -1], 0.5 * float(self.factor[:, -1] @ self.factor[:, -1])
+        return (
+            self.values,
+            self.factor[:-1, :-1],
+            self.factor[:-1, -1],
+            0.5 * float(self.factor[:, -1] @ self.factor[:, -1]),
+        )
 
 
 def look(problem: Problem, x: Float[Array, "p"], sigma: float) -> Look:
@@ -84,9 +89,17 @@ def look(problem: Problem, x: Float[Array, "p"], sigma: float) -> Look:
     return Look(x, np.asarray(values, np.float64), *factorise(problem, values, sigma))
 
 
-def solve(problem: Problem, start: np.ndarray, *, max_steps: int, at_rest: Callable[..., bool] = lambda *a: False,
-          on_step: Callable[[FitStep], None] | None = None, loss_scale: float = 1.0, sigma: float = 0.0,
-          boldness: float | None = None) -> Solution:
+def solve(
+    problem: Problem,
+    start: np.ndarray,
+    *,
+    max_steps: int,
+    at_rest: Callable[..., bool] = lambda *a: False,
+    on_step: Callable[[FitStep], None] | None = None,
+    loss_scale: float = 1.0,
+    sigma: float = 0.0,
+    boldness: float | None = None,
+) -> Solution:
     """From these coefficients until the steps become too small to matter, or `max_steps`, or Ctrl-C.
 
     `at_rest(values, factor, remainder, loss)` may stop it earlier. `sigma`: blur of the residuals in pixels. Where the solver
@@ -113,18 +126,33 @@ def solve(problem: Problem, start: np.ndarray, *, max_steps: int, at_rest: Calla
             accepted = int(state.num_steps_since_acceptance) == 0
             best = note(here, accepted)
             rejected = 0 if accepted else rejected + 1
-            if bool(done) or rejected >= REJECTIONS or stopped() or at_rest(*best.linear()) or (rejected and _is_unseen(problem, best)):
+            if (
+                bool(done)
+                or rejected >= REJECTIONS
+                or stopped()
+                or at_rest(*best.linear())
+                or (rejected and _is_unseen(problem, best))
+            ):
                 break
         while len(history) < max_steps and _is_unseen(problem, best) and not (stopped() or at_rest(*best.linear())):
             step, promise = _promise(problem, best)
             low, high = np.asarray([u.bounds for u in problem.unknowns], np.float64).T
-            here = look(problem, problem.bounds.unknowns(jnp.asarray(np.clip(best.values + step, low, high), float)), sigma)
+            here = look(
+                problem, problem.bounds.unknowns(jnp.asarray(np.clip(best.values + step, low, high), float)), sigma
+            )
             better = _promise(problem, here)[1] < promise
             best = note(here, better)
             if not better:
                 break
-    return Solution(*best.linear(), best.films, tuple(history), stopped(), time.perf_counter() - begun, float(_boldness(state)),
-                    np.zeros_like(best.values))
+    return Solution(
+        *best.linear(),
+        best.films,
+        tuple(history),
+        stopped(),
+        time.perf_counter() - begun,
+        float(_boldness(state)),
+        np.zeros_like(best.values),
+    )
 
 
 def compile_solver(problem: Problem, start: np.ndarray) -> None:

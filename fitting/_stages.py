@@ -61,12 +61,16 @@ def stages_of(problem: Problem, targets: tuple[Target, ...], coarse_to_fine: boo
     for blur in blurs(camera.width, camera.height)[:-1] if moving else ():
         step = _step(problem, blur) if coarse_to_fine else 1
         squares = f"squares of {step} x {step} pixels, " if step > 1 else ""
-        found.append(Stage(f"{squares}blurred by {blur:.3g} pixels", _changed(problem, coarser, step), blur, settled, False))
+        found.append(
+            Stage(f"{squares}blurred by {blur:.3g} pixels", _changed(problem, coarser, step), blur, settled, False)
+        )
     passes = min(view.passes for view in problem.views)
     count = max(1, min(processors(), passes // SHARE))
     if coarse_to_fine and passes >= SHARE:
         errors = ERRORS * (passes / count) ** 0.5
-        found.append(Stage(f"one pixel in {passes // count}", _changed(problem, some_passes, count), 0.0, rest(errors), False))
+        found.append(
+            Stage(f"one pixel in {passes // count}", _changed(problem, some_passes, count), 0.0, rest(errors), False)
+        )
     found.append(Stage("all pixels", problem, 0.0, rest(), True))
     if moving and problem.views[0].parts[0].plan.footprint:
         found.append(Stage("all pixels, 2 x 2 trees in place of each", _changed(problem, finer), 0.0, rest(), True))
@@ -86,7 +90,9 @@ def _step(problem: Problem, blur: float) -> int:
     return step
 
 
-def run(stages: list[Stage], point: np.ndarray, max_steps: int, on_step: Callable[[FitStep], None] | None, scale: float) -> Solution:
+def run(
+    stages: list[Stage], point: np.ndarray, max_steps: int, on_step: Callable[[FitStep], None] | None, scale: float
+) -> Solution:
     """All stages from a starting point. Where rays move, it begins at a better place if a look along them finds one."""
     history, made, begun = [], [], time.perf_counter()
 
@@ -96,8 +102,16 @@ def run(stages: list[Stage], point: np.ndarray, max_steps: int, on_step: Callabl
             on_step(history[-1])
 
     def solved(stage: Stage, point: np.ndarray, most: int, since: float, boldness: float | None) -> Solution:
-        solution = solve(stage.problem, point, max_steps=most, at_rest=stage.at_rest, on_step=seen, loss_scale=scale, sigma=stage.blur,
-                         boldness=boldness)
+        solution = solve(
+            stage.problem,
+            point,
+            max_steps=most,
+            at_rest=stage.at_rest,
+            on_step=seen,
+            loss_scale=scale,
+            sigma=stage.blur,
+            boldness=boldness,
+        )
         made.append(FitStage(stage.name, stage.samples, len(solution.history), time.perf_counter() - since))
         return solution
 
@@ -108,12 +122,19 @@ def run(stages: list[Stage], point: np.ndarray, max_steps: int, on_step: Callabl
             point = best_of(stage.problem, point, stage.blur)
         solution = solved(stage, point, max_steps, since, boldness)
         point = solution.values if stage.whole or stage.blur else off_bound(solution.values, stage.problem.unknowns)
-        boldness = None if stage.blur else solution.boldness  # of sharp residuals alone: those of a stage before are the same, but fewer
+        boldness = (
+            None if stage.blur else solution.boldness
+        )  # of sharp residuals alone: those of a stage before are the same, but fewer
         if solution.interrupted:
             break
     if not stage.whole:
         last = next(stage for stage in stages if stage.whole)
         solution = replace(solved(last, point, 1, time.perf_counter(), None), interrupted=True)
     several = number > 0 and stages[number - 1].whole
-    return replace(solution, history=tuple(history), stages=tuple(made), seconds=time.perf_counter() - begun,
-                   shift=abs(solution.values - before) if several else solution.shift)
+    return replace(
+        solution,
+        history=tuple(history),
+        stages=tuple(made),
+        seconds=time.perf_counter() - begun,
+        shift=abs(solution.values - before) if several else solution.shift,
+    )

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ._layout import column_widths, folded
-from ._result import FitStage, FittedCoefficient, FitResult
+from ._result import FitResult, FitStage, FittedCoefficient
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -192,9 +192,14 @@ def _columns(result: FitResult, truth: Mapping[str, float] | None) -> tuple[dict
             notes.append(f"[{len(notes) + 1}] {coefficient.name}: {coefficient.remark}")
             interval = f"{interval or 'none'} [{len(notes)}]"
         true_value = (truth or {}).get(coefficient.name)
-        cells = (coefficient.name, f"{coefficient.start:.4g}", value if coefficient.identifiable else f"({value})", interval,
-                 "" if true_value is None else f"{true_value:.4g}",
-                 "" if true_value is None else deviation_text(coefficient, true_value))
+        cells = (
+            coefficient.name,
+            f"{coefficient.start:.4g}",
+            value if coefficient.identifiable else f"({value})",
+            interval,
+            "" if true_value is None else f"{true_value:.4g}",
+            "" if true_value is None else deviation_text(coefficient, true_value),
+        )
         for column, cell in zip(columns.values(), cells, strict=True):
             column.append(cell)
     left_out = ("truth", "off by") if truth is None else ("start",)

@@ -51,7 +51,9 @@ def _of_camera(camera: str, target) -> Target:
     if not isinstance(target, Target):
         return Target(target, camera)
     if target.camera not in (None, camera):
-        raise FitError(f"targets: the target at {camera!r} names the camera {target.camera!r}; leave one of the two out, or make them agree")
+        raise FitError(
+            f"targets: the target at {camera!r} names the camera {target.camera!r}; leave one of the two out, or make them agree"
+        )
     return replace(target, camera=camera)
 
 
@@ -63,23 +65,31 @@ def _checked(scene: Scene, target: Target) -> Target:
     if image.ndim != 3 or image.shape[2] != 3:
         raise FitError(f"{place}: its shape is {image.shape}; allowed is (height, width, 3), linear RGB")
     if not np.issubdtype(image.dtype, np.floating):
-        raise FitError(f"{place}: its values are of type {image.dtype}; allowed is linear light as floating-point numbers. Of 8-bit codes "
-                       "use diffwhitted.read_image, or divide and linearise")
+        raise FitError(
+            f"{place}: its values are of type {image.dtype}; allowed is linear light as floating-point numbers. Of 8-bit codes "
+            "use diffwhitted.read_image, or divide and linearise"
+        )
     if image.shape[:2] != size:
-        raise FitError(f"{place}: the picture has {image.shape[1]}x{image.shape[0]} pixels, the camera "
-                       f"{camera.width}x{camera.height}; set the camera's width and height to the picture's, or resize the picture")
+        raise FitError(
+            f"{place}: the picture has {image.shape[1]}x{image.shape[0]} pixels, the camera "
+            f"{camera.width}x{camera.height}; set the camera's width and height to the picture's, or resize the picture"
+        )
     mask = np.ones(size) if target.mask is None else np.asarray(target.mask, np.float64)
     if mask.shape != size:
         raise FitError(f"{place}: the mask has shape {mask.shape}; allowed is {size}, one value a pixel")
     if not np.all((mask >= 0) & (mask <= 1)):
-        raise FitError(f"{place}: the mask goes from {np.min(mask):g} to {np.max(mask):g}; allowed is 0 (ignore) to 1 (use)")
+        raise FitError(
+            f"{place}: the mask goes from {np.min(mask):g} to {np.max(mask):g}; allowed is 0 (ignore) to 1 (use)"
+        )
     if not mask.any():
         raise FitError(f"{place}: the mask leaves no pixel to fit; set some of it to 1")
     bad = ~np.isfinite(image).all(axis=2) & (mask > 0)
     if bad.any():
         row, column = np.argwhere(bad)[0]
-        raise FitError(f"{place}: {bad.sum()} pixel(s) are NaN or infinite, the first in row {row}, column {column}; "
-                       "mask them (mask 0), or repair the picture")
+        raise FitError(
+            f"{place}: {bad.sum()} pixel(s) are NaN or infinite, the first in row {row}, column {column}; "
+            "mask them (mask 0), or repair the picture"
+        )
     image = np.where((mask > 0)[..., None], image, 0)
     return Target(image, name, mask, _checked_noise(target.noise, size, place))
 
@@ -90,7 +100,9 @@ def _camera_name(scene: Scene, name: str | None) -> str:
     if name is None:
         name = "main" if "main" in scene.cameras or len(scene.cameras) > 1 else next(iter(scene.cameras))
     if name not in scene.cameras:
-        raise FitError(f"targets: no camera {name!r}; there is {', '.join(scene.cameras)}.{nearest_name(name, scene.cameras)}")
+        raise FitError(
+            f"targets: no camera {name!r}; there is {', '.join(scene.cameras)}.{nearest_name(name, scene.cameras)}"
+        )
     return name
 
 
@@ -99,6 +111,8 @@ def _checked_noise(noise, size, place: str):
         return None
     noise = np.asarray(noise, np.float64)
     if noise.shape not in ((), size) or not np.all(np.isfinite(noise) & (noise > 0)):
-        raise FitError(f"{place}: the noise must be a standard deviation > 0, one number or one a pixel; it has shape "
-                       f"{noise.shape} and goes down to {np.min(noise):g}")
+        raise FitError(
+            f"{place}: the noise must be a standard deviation > 0, one number or one a pixel; it has shape "
+            f"{noise.shape} and goes down to {np.min(noise):g}"
+        )
     return np.broadcast_to(noise, size)

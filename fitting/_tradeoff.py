@@ -82,18 +82,32 @@ class Tradeoff:
 
     def to_json(self) -> dict[str, Any]:
         """Everything as JSON values, with the table of knobs and the sentences."""
-        knobs = [{"name": k.name, "costs": k.costs, "controls": k.controls, "default": k.default, "sweep": list(k.sweep)} for k in KNOBS]
+        knobs = [
+            {"name": k.name, "costs": k.costs, "controls": k.controls, "default": k.default, "sweep": list(k.sweep)}
+            for k in KNOBS
+        ]
         chosen = self.recommended
         return {
-            "width": self.width, "height": self.height, "tolerance": self.tolerance, "knobs": knobs,
+            "width": self.width,
+            "height": self.height,
+            "tolerance": self.tolerance,
+            "knobs": knobs,
             "reference": {"text": self.reference, "difference": self.reference_difference, "converged": self.converged},
-            "rounds": self.rounds, "seconds_compile": self.seconds_compile, "asked": asdict(self.asked),
-            "recommended": None if chosen is None else asdict(chosen.settings), "sentences": list(sentences(self)),
-            "points": [asdict(p) | {"text": str(p.settings), "sweeps": list(p.sweeps), "bound": bound_value(p.bound)} for p in self.points],
+            "rounds": self.rounds,
+            "seconds_compile": self.seconds_compile,
+            "asked": asdict(self.asked),
+            "recommended": None if chosen is None else asdict(chosen.settings),
+            "sentences": list(sentences(self)),
+            "points": [
+                asdict(p) | {"text": str(p.settings), "sweeps": list(p.sweeps), "bound": bound_value(p.bound)}
+                for p in self.points
+            ],
         }
 
 
-def tradeoff(scene: Scene, camera: Camera, tolerance: float = 1 / 255, on_work: OnWork | None = None, rounds: int | None = None) -> Tradeoff:
+def tradeoff(
+    scene: Scene, camera: Camera, tolerance: float = 1 / 255, on_work: OnWork | None = None, rounds: int | None = None
+) -> Tradeoff:
     """Sweep the knobs, each alone from what the scene asks for with one filtered tree a pixel, and their useful combinations.
 
     A combination is useful if a survey foretells that no other is better in both error and time, and that it is at least a
@@ -108,8 +122,12 @@ def tradeoff(scene: Scene, camera: Camera, tolerance: float = 1 / 255, on_work: 
     tracer, asked = Tracer(scene, camera), Settings.of(scene)
     work("compiling; less to do next time", 0.0)
     accurate = [tracer.trace(settings).pixels for settings in _most_accurate(tracer)]
-    truth = reference(tracer, None, lambda refined: CONVERGED * min(rmse(a, refined) for a in accurate),
-                      lambda done: work("tracing the reference", 0.15 + 0.45 * done))
+    truth = reference(
+        tracer,
+        None,
+        lambda refined: CONVERGED * min(rmse(a, refined) for a in accurate),
+        lambda done: work("tracing the reference", 0.15 + 0.45 * done),
+    )
     work("looking for useful combinations", 0.6)
     some = spread_pixels(camera.width * camera.height, SURVEYED)
     candidates = survey(tracer, truth.pixels[some], some)
@@ -117,7 +135,9 @@ def tradeoff(scene: Scene, camera: Camera, tolerance: float = 1 / 255, on_work: 
     points, rounds = _measured(tracers, programs, truth, camera, work, rounds)
     compiling = sum(t.seconds_compile for t in tracers.values())
     picture = truth.pixels.reshape(camera.height, camera.width, 3)
-    return Tradeoff(camera.width, camera.height, points, asked, tolerance, str(truth), truth.difference, rounds, compiling, picture)
+    return Tradeoff(
+        camera.width, camera.height, points, asked, tolerance, str(truth), truth.difference, rounds, compiling, picture
+    )
 
 
 def _most_accurate(tracer: Tracer) -> list[Settings]:
@@ -127,7 +147,9 @@ def _most_accurate(tracer: Tracer) -> list[Settings]:
     return [base.only(**{knob.name: knob.sweep[-1]}) for knob in KNOBS if knob.name in ("samples", "footprint")]
 
 
-def _programs(tracer: Tracer, asked: Settings, candidates: Sequence[Candidate], tolerance: float) -> dict[Settings, list[str]]:
+def _programs(
+    tracer: Tracer, asked: Settings, candidates: Sequence[Candidate], tolerance: float
+) -> dict[Settings, list[str]]:
     """The settings to measure, and the sweeps that each lies in."""
     base, found = base_settings(tracer), {asked: []}
     for knob in KNOBS:
@@ -159,8 +181,14 @@ def _has_float64() -> bool:
     return jax.config.jax_enable_x64
 
 
-def _measured(tracers: dict[str, Tracer], programs: dict[Settings, list[str]], truth: Reference, camera: Camera,
-              work: OnWork, rounds: int | None) -> tuple[tuple[Point, ...], int]:
+def _measured(
+    tracers: dict[str, Tracer],
+    programs: dict[Settings, list[str]],
+    truth: Reference,
+    camera: Camera,
+    work: OnWork,
+    rounds: int | None,
+) -> tuple[tuple[Point, ...], int]:
     """Every setting once for its picture, then in turns for its time."""
     (tracer,) = tracers.values()
     points, runs = {}, {settings: [] for settings in programs}
@@ -170,14 +198,18 @@ def _measured(tracers: dict[str, Tracer], programs: dict[Settings, list[str]], t
             tracers[settings.precision] = Tracer(in_precision(tracer.scene, settings.precision), camera)
         found, beyond = tracers[settings.precision].trace(settings), tracers[settings.precision].left_out(settings)
         bound = None if beyond is None else float(beyond.max())
-        points[settings] = Point(settings, tuple(sweeps), *_errors(found.pixels, truth.pixels, camera), found.rays, found.seconds, bound)
+        points[settings] = Point(
+            settings, tuple(sweeps), *_errors(found.pixels, truth.pixels, camera), found.rays, found.seconds, bound
+        )
     once = sum(point.seconds for point in points.values())
     rounds = rounds or int(np.clip(ROUNDS_SECONDS / once, FEWEST_ROUNDS, MOST_ROUNDS))
     for number in range(rounds):
         work(f"timing all settings in turns, round {number + 1} of {rounds}", 0.8 + 0.2 * number / rounds)
         for settings, seconds in runs.items():
             seconds.append(tracers[settings.precision].trace(settings).seconds)
-    timed = sorted((replace(p, seconds=float(np.median(runs[s]))) for s, p in points.items()), key=lambda p: (p.seconds, p.rmse))
+    timed = sorted(
+        (replace(p, seconds=float(np.median(runs[s]))) for s, p in points.items()), key=lambda p: (p.seconds, p.rmse)
+    )
     marks = front(timed, error=lambda p: p.rmse)
     return tuple(replace(p, on_front=mark) for p, mark in zip(timed, marks, strict=True)), rounds
 
@@ -218,8 +250,10 @@ def convergence(found: Tradeoff) -> str:
     text = f"Reference: {found.reference}. With a quarter of the trees it differs by {found.reference_difference:.1g} (RMSE)"
     if found.converged:
         return f"{text}, {'a thousandth or less' if share >= 1000 else f'1/{share:.0f}'} of the smallest error."
-    return (f"{text}, more than a tenth of the smallest error, {found.smallest_error:.2g}: it has not converged, and errors "
-            f"below {found.reference_difference / CONVERGED:.1g} are uncertain.")
+    return (
+        f"{text}, more than a tenth of the smallest error, {found.smallest_error:.2g}: it has not converged, and errors "
+        f"below {found.reference_difference / CONVERGED:.1g} are uncertain."
+    )
 
 
 def bound_value(bound: float | None) -> float | str | None:
@@ -228,7 +262,15 @@ def bound_value(bound: float | None) -> float | str | None:
 
 
 def bound_text(bound: float | None) -> str:
-    return "not bounded" if bound is None else "infinite" if bound == np.inf else f"{bound:.0f}" if 10 <= bound < 1e5 else f"{bound:.2g}"
+    return (
+        "not bounded"
+        if bound is None
+        else "infinite"
+        if bound == np.inf
+        else f"{bound:.0f}"
+        if 10 <= bound < 1e5
+        else f"{bound:.2g}"
+    )
 
 
 def seconds_text(seconds: float) -> str:

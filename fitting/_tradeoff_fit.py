@@ -105,22 +105,54 @@ class FitTradeoff:
         chosen, knobs = self.recommended, self.default.knobs
         truth = {c.name: c.truth for c in self.points[0].coefficients}
         return {
-            "free": list(self.start), "truth": truth, "start": dict(self.start), "bounds": {n: list(b) for n, b in self.bounds.items()},
-            "knobs": [{"name": k.name, "costs": k.costs, "controls": k.controls, "sweep": list(k.sweep)} for k in knobs],
-            "rounds": self.rounds, "seconds_compile": self.seconds_compile, "default": self.default.named(),
-            "recommended": None if chosen is None else chosen.settings.named(), "sentence": recommendation(self),
-            "points": [{
-                "settings": p.settings.named(), "text": str(p.settings), "sweeps": list(p.sweeps), "status": p.status, "steps": p.steps,
-                "seconds": p.seconds, "largest": p.largest, "largest_of": p.worst.name, "on_front": p.on_front,
-                "coefficients": {c.name: {"value": c.value, "error": c.error, "of_bounds": c.of_bounds, "of_interval": c.of_interval}
-                                 for c in p.coefficients},
-            } for p in self.points],
+            "free": list(self.start),
+            "truth": truth,
+            "start": dict(self.start),
+            "bounds": {n: list(b) for n, b in self.bounds.items()},
+            "knobs": [
+                {"name": k.name, "costs": k.costs, "controls": k.controls, "sweep": list(k.sweep)} for k in knobs
+            ],
+            "rounds": self.rounds,
+            "seconds_compile": self.seconds_compile,
+            "default": self.default.named(),
+            "recommended": None if chosen is None else chosen.settings.named(),
+            "sentence": recommendation(self),
+            "points": [
+                {
+                    "settings": p.settings.named(),
+                    "text": str(p.settings),
+                    "sweeps": list(p.sweeps),
+                    "status": p.status,
+                    "steps": p.steps,
+                    "seconds": p.seconds,
+                    "largest": p.largest,
+                    "largest_of": p.worst.name,
+                    "on_front": p.on_front,
+                    "coefficients": {
+                        c.name: {
+                            "value": c.value,
+                            "error": c.error,
+                            "of_bounds": c.of_bounds,
+                            "of_interval": c.of_interval,
+                        }
+                        for c in p.coefficients
+                    },
+                }
+                for p in self.points
+            ],
         }
 
 
-def tradeoff_of_fits(scene: Scene, target: Target, free: Sequence[str], *, start: Mapping[str, float] | None = None,
-                     knobs: Sequence[FitKnob] = FIT_KNOBS, combinations: Sequence[Mapping[str, Any]] = COMBINATIONS,
-                     on_work: OnWork | None = None) -> FitTradeoff:
+def tradeoff_of_fits(
+    scene: Scene,
+    target: Target,
+    free: Sequence[str],
+    *,
+    start: Mapping[str, float] | None = None,
+    knobs: Sequence[FitKnob] = FIT_KNOBS,
+    combinations: Sequence[Mapping[str, Any]] = COMBINATIONS,
+    on_work: OnWork | None = None,
+) -> FitTradeoff:
     """Fit the free coefficients of a scene, whose values are the truth, to the target that those would give.
 
     - `target`: what the scene looks like in truth, such as its reference.
@@ -156,10 +188,14 @@ def _middle(unknowns: tuple[Unknown, ...]) -> dict[str, float]:
 
 
 def _truth(scene: Scene, unknowns: tuple[Unknown, ...]) -> np.ndarray:
-    return np.asarray([np.asarray(coefficient_value(scene, u.coefficient), np.float64).reshape(-1)[u.channel or 0] for u in unknowns])
+    return np.asarray(
+        [np.asarray(coefficient_value(scene, u.coefficient), np.float64).reshape(-1)[u.channel or 0] for u in unknowns]
+    )
 
 
-def _programs(scene: Scene, names: tuple[str, ...], default: FitSettings, combinations, pixels: int) -> dict[FitSettings, list[str]]:
+def _programs(
+    scene: Scene, names: tuple[str, ...], default: FitSettings, combinations, pixels: int
+) -> dict[FitSettings, list[str]]:
     """The settings to measure, and the sweeps that each lies in."""
     effects = {d.name: d.on for d in decide_effects(scene, names)}
     branching, found = effects["reflection"] or effects["refraction"], {default: []}
@@ -170,7 +206,11 @@ def _programs(scene: Scene, names: tuple[str, ...], default: FitSettings, combin
     for values in combinations:
         if set(values) <= {knob.name for knob in swept}:
             found.setdefault(default.only(**values), [])
-    return {settings: sweeps or [COMBINATION] for settings, sweeps in found.items() if _have_effect(scene, names, settings["depth"])}
+    return {
+        settings: sweeps or [COMBINATION]
+        for settings, sweeps in found.items()
+        if _have_effect(scene, names, settings["depth"])
+    }
 
 
 def _have_effect(scene: Scene, names: tuple[str, ...], depth: int) -> bool:
@@ -181,34 +221,58 @@ def _have_effect(scene: Scene, names: tuple[str, ...], depth: int) -> bool:
         return False
 
 
-def _measured(programs: dict[FitSettings, list[str]], run: Callable[[FitSettings], tuple[FitResult, float]], truth: np.ndarray,
-              unknowns: tuple[Unknown, ...], work: OnWork) -> tuple[tuple[FitPoint, ...], int, float]:
+def _measured(
+    programs: dict[FitSettings, list[str]],
+    run: Callable[[FitSettings], tuple[FitResult, float]],
+    truth: np.ndarray,
+    unknowns: tuple[Unknown, ...],
+    work: OnWork,
+) -> tuple[tuple[FitPoint, ...], int, float]:
     """Every fit once for its programs and its result, then in turns for its time."""
     points, first, runs = {}, {}, {settings: [] for settings in programs}
     for number, (settings, sweeps) in enumerate(programs.items()):
         work(f"fitting with {settings}", 0.7 * number / len(programs))
         result, first[settings] = run(settings)
-        points[settings] = FitPoint(settings, tuple(sweeps), result.status, result.steps, 0.0, _errors(result.coefficients, truth, unknowns))
+        points[settings] = FitPoint(
+            settings, tuple(sweeps), result.status, result.steps, 0.0, _errors(result.coefficients, truth, unknowns)
+        )
     rounds, number = MOST_ROUNDS, 0
     while number < rounds:
         begun = time.perf_counter()
         for place, (settings, seconds) in enumerate(runs.items()):
-            work(f"timing all fits in turns, round {number + 1} of {rounds}", 0.7 + 0.3 * (number + place / len(runs)) / rounds)
+            work(
+                f"timing all fits in turns, round {number + 1} of {rounds}",
+                0.7 + 0.3 * (number + place / len(runs)) / rounds,
+            )
             seconds.append(run(settings)[1])
         number += 1
         if number == 1:
             rounds = int(np.clip(ROUNDS_SECONDS / (time.perf_counter() - begun), 1, MOST_ROUNDS))
-    timed = sorted((replace(p, seconds=float(np.median(runs[s]))) for s, p in points.items()), key=lambda p: (p.seconds, p.largest))
+    timed = sorted(
+        (replace(p, seconds=float(np.median(runs[s]))) for s, p in points.items()), key=lambda p: (p.seconds, p.largest)
+    )
     compiling = sum(max(first[p.settings] - p.seconds, 0.0) for p in timed)
-    marked = dict(zip((p for p in timed if p.converged), front([p for p in timed if p.converged], error=lambda p: p.largest), strict=True))
+    marked = dict(
+        zip(
+            (p for p in timed if p.converged),
+            front([p for p in timed if p.converged], error=lambda p: p.largest),
+            strict=True,
+        )
+    )
     return tuple(replace(p, on_front=marked.get(p, False)) for p in timed), rounds, compiling
 
 
-def _errors(coefficients: Sequence[FittedCoefficient], truth: np.ndarray, unknowns: tuple[Unknown, ...]) -> tuple[CoefficientError, ...]:
+def _errors(
+    coefficients: Sequence[FittedCoefficient], truth: np.ndarray, unknowns: tuple[Unknown, ...]
+) -> tuple[CoefficientError, ...]:
     bounds, values = Bounds(unknowns), np.asarray([c.value for c in coefficients])
     shares = [np.asarray(bounds.shares(jnp.clip(jnp.asarray(v), bounds.low, bounds.high))) for v in (values, truth)]
-    return tuple(CoefficientError(c.name, float(true), c.value, abs(c.value - float(true)), float(share), _of_interval(c, float(true)))
-                 for c, true, share in zip(coefficients, truth, abs(shares[0] - shares[1]), strict=True))
+    return tuple(
+        CoefficientError(
+            c.name, float(true), c.value, abs(c.value - float(true)), float(share), _of_interval(c, float(true))
+        )
+        for c, true, share in zip(coefficients, truth, abs(shares[0] - shares[1]), strict=True)
+    )
 
 
 def _of_interval(coefficient: FittedCoefficient, truth: float) -> float | None:

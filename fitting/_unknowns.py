@@ -8,7 +8,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from diffwhitted.scene import BY_NAME, COEFFICIENTS, Coefficient, Scene, coefficient_value, nearest_name, replace_coefficient
+from diffwhitted.scene import (
+    BY_NAME,
+    COEFFICIENTS,
+    Coefficient,
+    Scene,
+    coefficient_value,
+    nearest_name,
+    replace_coefficient,
+)
 
 from ._errors import FitError
 
@@ -27,11 +35,13 @@ class Unknown:
 
     @property
     def name(self) -> str:
-        """"glass.k_d", or "floor.k_d.r" for a channel."""
+        """ "glass.k_d", or "floor.k_d.r" for a channel."""
         return self.coefficient if self.channel is None else f"{self.coefficient}.{CHANNELS[self.channel]}"
 
 
-def free_coefficients(scene: Scene, patterns: Sequence[str], max_depth: int | None = None) -> tuple[tuple[str, ...], tuple[tuple[str, str], ...]]:
+def free_coefficients(
+    scene: Scene, patterns: Sequence[str], max_depth: int | None = None
+) -> tuple[tuple[str, ...], tuple[tuple[str, str], ...]]:
     """The coefficients that the patterns name, in the order of the scene, and those passed over with the reason.
 
     A pattern with a wildcard passes over coefficients that cannot change the image. Raises `FitError`
@@ -46,22 +56,30 @@ def free_coefficients(scene: Scene, patterns: Sequence[str], max_depth: int | No
     for pattern in patterns:
         matches = [pattern] if pattern in known else [name for name in known if fnmatch.fnmatchcase(name, pattern)]
         if not matches:
-            raise FitError(f"free: {pattern!r} matches no coefficient; names are MATERIAL.COEFFICIENT with materials "
-                           f"{', '.join(scene.materials)} and coefficients {', '.join(BY_NAME)}.{nearest_name(pattern, known)}")
+            raise FitError(
+                f"free: {pattern!r} matches no coefficient; names are MATERIAL.COEFFICIENT with materials "
+                f"{', '.join(scene.materials)} and coefficients {', '.join(BY_NAME)}.{nearest_name(pattern, known)}"
+            )
         chosen += matches
         plain |= {pattern} & set(known)
     names = [name for name in known if name in chosen]
     idle = {name: why for name in names if (why := _without_effect(scene, name, names, max_depth or scene.max_depth))}
     for name in sorted(plain & set(idle)):
-        raise FitError(f"free: {name} = {_shown(coefficient_value(scene, name))} has no effect on the image: {idle[name]}")
+        raise FitError(
+            f"free: {name} = {_shown(coefficient_value(scene, name))} has no effect on the image: {idle[name]}"
+        )
     names = [name for name in names if name not in idle]
     if not names:
-        raise FitError(f"free: nothing that {', '.join(patterns)} matches has an effect on the image: "
-                       + "; ".join(f"{name}: {why}" for name, why in list(idle.items())[:4]))
+        raise FitError(
+            f"free: nothing that {', '.join(patterns)} matches has an effect on the image: "
+            + "; ".join(f"{name}: {why}" for name, why in list(idle.items())[:4])
+        )
     return tuple(names), tuple(idle.items())
 
 
-def list_unknowns(scene: Scene, names: Sequence[str], bounds: Mapping[str, tuple[float, float]] | None = None) -> tuple[Unknown, ...]:
+def list_unknowns(
+    scene: Scene, names: Sequence[str], bounds: Mapping[str, tuple[float, float]] | None = None
+) -> tuple[Unknown, ...]:
     """One unknown a coefficient, three where it is linear RGB in the scene. `bounds` may use wildcards."""
     unknowns = []
     for name in names:
@@ -72,9 +90,13 @@ def list_unknowns(scene: Scene, names: Sequence[str], bounds: Mapping[str, tuple
     for pattern, ends in (bounds or {}).items():
         matched = _matching(unknowns, pattern)
         if not matched:
-            raise FitError(f"bounds: {pattern!r} matches no free coefficient; free are {', '.join(u.name for u in unknowns)}")
+            raise FitError(
+                f"bounds: {pattern!r} matches no free coefficient; free are {', '.join(u.name for u in unknowns)}"
+            )
         for i in matched:
-            unknowns[i] = Unknown(unknowns[i].coefficient, unknowns[i].channel, unknowns[i].row, _checked_bounds(unknowns[i], ends))
+            unknowns[i] = Unknown(
+                unknowns[i].coefficient, unknowns[i].channel, unknowns[i].row, _checked_bounds(unknowns[i], ends)
+            )
     return tuple(unknowns)
 
 
@@ -83,19 +105,25 @@ def start_values(scene: Scene, unknowns: tuple[Unknown, ...], start: Mapping[str
 
     Raises `FitError` for a start outside the bounds and for a name that is not free.
     """
-    values = np.asarray([np.asarray(coefficient_value(scene, u.coefficient)).reshape(-1)[u.channel or 0] for u in unknowns], np.float64)
+    values = np.asarray(
+        [np.asarray(coefficient_value(scene, u.coefficient)).reshape(-1)[u.channel or 0] for u in unknowns], np.float64
+    )
     for pattern, value in (start or {}).items():
         matched = _matching(unknowns, pattern)
         if not matched:
-            raise FitError(f"start: {pattern!r} matches no free coefficient; free are {', '.join(u.name for u in unknowns)}")
+            raise FitError(
+                f"start: {pattern!r} matches no free coefficient; free are {', '.join(u.name for u in unknowns)}"
+            )
         values[matched] = _start_number(pattern, value)
     for u, value in zip(unknowns, values, strict=True):
         low, high = u.bounds
         slack = 1e-6 * (high - low)
         at_the_end_of_a_log = u.row.scale != "interval" and value == u.row.lowest
         if not low - slack <= value <= high + slack and not at_the_end_of_a_log:
-            raise FitError(f"start: {u.name} = {value:g} is outside its bounds {low:g} to {high:g}; start inside, or widen them "
-                           f"with bounds={{{u.name!r}: (low, high)}} (diffwhitted fit --bounds {u.name}=LOW:HIGH)")
+            raise FitError(
+                f"start: {u.name} = {value:g} is outside its bounds {low:g} to {high:g}; start inside, or widen them "
+                f"with bounds={{{u.name!r}: (low, high)}} (diffwhitted fit --bounds {u.name}=LOW:HIGH)"
+            )
     return np.clip(values, *np.asarray([u.bounds for u in unknowns]).T)
 
 
@@ -119,12 +147,16 @@ def _default_bounds(row: Coefficient, value: np.ndarray) -> tuple[float, float]:
 def _matching(unknowns: Sequence[Unknown], pattern: str) -> list[int]:
     """The numbers of the unknowns of that very name or, where there is none, of those that match it as a pattern."""
     exact = [i for i, u in enumerate(unknowns) if pattern in (u.name, u.coefficient)]
-    return exact or [i for i, u in enumerate(unknowns) if any(fnmatch.fnmatchcase(name, pattern) for name in (u.name, u.coefficient))]
+    return exact or [
+        i for i, u in enumerate(unknowns) if any(fnmatch.fnmatchcase(name, pattern) for name in (u.name, u.coefficient))
+    ]
 
 
 def _start_number(name: str, value) -> float:
     if np.ndim(value) or not _are_numbers([value]):
-        raise FitError(f"start: {name} = {value!r}; allowed is a number, and for one channel of a colour its own name, such as {name}.r")
+        raise FitError(
+            f"start: {name} = {value!r}; allowed is a number, and for one channel of a colour its own name, such as {name}.r"
+        )
     return float(value)
 
 
@@ -143,8 +175,10 @@ def _checked_bounds(unknown: Unknown, ends) -> tuple[float, float]:
     open_end = unknown.row.scale != "interval"
     if not (low < high <= unknown.row.highest and (low > floor if open_end else low >= floor)):
         end = f" and high <= {unknown.row.highest:g}" if np.isfinite(unknown.row.highest) else ""
-        raise FitError(f"bounds: {unknown.name} = {low:g} to {high:g}; allowed is low < high with low "
-                       f"{'>' if open_end else '>='} {floor:g}{end}")
+        raise FitError(
+            f"bounds: {unknown.name} = {low:g} to {high:g}; allowed is low < high with low "
+            f"{'>' if open_end else '>='} {floor:g}{end}"
+        )
     return low, high
 
 

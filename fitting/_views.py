@@ -60,16 +60,39 @@ class View(eqx.Module):
         return gathered(film, *self.weight.shape)
 
 
-def view_of(camera: Camera, image: np.ndarray, weight: np.ndarray, places: Float[Array, "groups samples 2"], side: float,
-            plan: Plan, step: int = 1) -> View:
+def view_of(
+    camera: Camera,
+    image: np.ndarray,
+    weight: np.ndarray,
+    places: Float[Array, "groups samples 2"],
+    side: float,
+    plan: Plan,
+    step: int = 1,
+) -> View:
     """A target without trees, whose samples stand for squares of `side` pixels; `step`: see `View`."""
     dtype, (height, width) = places.dtype, weight.shape
     passes = -(-height * width // plan.pass_pixels) if step > 1 else plan.passes
     row, column = np.mgrid[:height, :width] * float(step)
-    content = np.concatenate([image, weight[..., None], column[..., None], row[..., None], np.ones_like(weight)[..., None]], axis=-1)
+    content = np.concatenate(
+        [image, weight[..., None], column[..., None], row[..., None], np.ones_like(weight)[..., None]], axis=-1
+    )
     each = dealt(jnp.asarray(content, dtype), passes, plan.pass_pixels)
-    parts = [Part(camera, each[n, :3], each[n, 3], each[n, 4], each[n, 5], each[n, 6] > 0, group, jnp.asarray(side, dtype), None, plan)
-             for group in places for n in range(passes)]
+    parts = [
+        Part(
+            camera,
+            each[n, :3],
+            each[n, 3],
+            each[n, 4],
+            each[n, 5],
+            each[n, 6] > 0,
+            group,
+            jnp.asarray(side, dtype),
+            None,
+            plan,
+        )
+        for group in places
+        for n in range(passes)
+    ]
     return View(tuple(parts), image, weight, passes, step)
 
 
@@ -108,6 +131,6 @@ def finer(view: View) -> View:
     def quarter(part: Part, place) -> Part:
         return replace(part, places=part.places + (place - 0.5) * part.side, side=part.side / 2)
 
-    groups = [view.parts[n: n + view.passes] for n in range(0, len(view.parts), view.passes)]
+    groups = [view.parts[n : n + view.passes] for n in range(0, len(view.parts), view.passes)]
     quarters = sample_places(2, view.parts[0].places.dtype)
     return replace(view, parts=tuple(quarter(part, place) for group in groups for place in quarters for part in group))

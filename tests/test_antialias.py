@@ -11,7 +11,9 @@ WHITE = dw.Material(k_a=1.0, k_h=0.0)
 
 
 def scene_of(*objects):
-    return dw.Scene(objects=objects, materials={"white": WHITE}, cameras={"main": dw.Camera((0, 0, 0), (0, 0, -1), 40, 32, 24)})
+    return dw.Scene(
+        objects=objects, materials={"white": WHITE}, cameras={"main": dw.Camera((0, 0, 0), (0, 0, -1), 40, 32, 24)}
+    )
 
 
 @functools.cache
@@ -69,10 +71,17 @@ def test_render_hands_over_to_it():
     np.testing.assert_array_equal(dw.render(scene, camera, antialias=0.1), found.image)
 
 
-@pytest.mark.parametrize("options, words", [
-    ({"antialias": 0}, "antialias = 0"), ({"antialias": -1.0}, "antialias = -1"), ({"antialias": float("nan")}, "antialias = nan"),
-    ({"antialias": "much"}, "antialias = 'much'"), ({"antialias": 0.1, "samples": 2}, "samples = 2"), ({"antialias": 0.1, "footprint": 1}, "footprint = 1"),
-])
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        ({"antialias": 0}, "antialias = 0"),
+        ({"antialias": -1.0}, "antialias = -1"),
+        ({"antialias": float("nan")}, "antialias = nan"),
+        ({"antialias": "much"}, "antialias = 'much'"),
+        ({"antialias": 0.1, "samples": 2}, "samples = 2"),
+        ({"antialias": 0.1, "footprint": 1}, "footprint = 1"),
+    ],
+)
 def test_options_that_are_none_are_refused(options, words):
     scene, camera, _ = disc()
     with pytest.raises(dw.SceneError, match=words):

@@ -15,11 +15,11 @@ import diffwhitted
 from diffwhitted import CapacityError
 from diffwhitted.image import read_image, write_image
 from fitting.command_line import main
-from fitting.command_line._render import chosen_footprint
 from fitting.command_line._environment import set_up
 from fitting.command_line._failures import failed
 from fitting.command_line._named_values import files_of_cameras, true_values
 from fitting.command_line._options import spread
+from fitting.command_line._render import chosen_footprint
 from fitting.command_line._targets import read_targets
 
 ROOT = Path(__file__).parent.parent
@@ -103,7 +103,9 @@ def rendered(path, **options):
 def run_alone(*arguments, **options):
     """The command line as a process of its own."""
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    return subprocess.run([sys.executable, "-m", "fitting", *arguments], capture_output=True, text=True, env=environment, **options)
+    return subprocess.run(
+        [sys.executable, "-m", "fitting", *arguments], capture_output=True, text=True, env=environment, **options
+    )
 
 
 # As a process.
@@ -144,7 +146,24 @@ def test_a_picture_for_eyes_is_filtered_unless_told_otherwise(place, capsys):
 
 def test_the_derivative_of_a_coefficient(place, capsys):
     """Where no ray moves it is exact, so the difference of points agrees to the noise of the points; written as numbers and as a picture."""
-    assert main(["derivative", "scene.toml", "--of", "paint.k_d", "-o", "slope.exr", "--width", "16", "--check", "--check-samples", "16"]) == 0
+    assert (
+        main(
+            [
+                "derivative",
+                "scene.toml",
+                "--of",
+                "paint.k_d",
+                "-o",
+                "slope.exr",
+                "--width",
+                "16",
+                "--check",
+                "--check-samples",
+                "16",
+            ]
+        )
+        == 0
+    )
     said = capsys.readouterr().out
     assert float(re.search(r"cosine ([0-9.]+)", said)[1]) > 0.98
     assert np.abs(read_image("slope.exr").pixels).max() > 0
@@ -181,7 +200,23 @@ def test_samples_camera_and_precision(place, capsys):
 
 def test_a_fit_that_converges(place, capsys):
     free = ["paint.k_d", "paint.k_h", "paint.phong_exponent"]
-    assert main(["fit", "start.toml", "--target", "target.exr", "--free", *free, "--out", "out/of/it", "--truth", "scene.toml"]) == 0
+    assert (
+        main(
+            [
+                "fit",
+                "start.toml",
+                "--target",
+                "target.exr",
+                "--free",
+                *free,
+                "--out",
+                "out/of/it",
+                "--truth",
+                "scene.toml",
+            ]
+        )
+        == 0
+    )
     said = capsys.readouterr()
     assert said.err == ""
     assert "Converged." in said.out and "truth" in said.out and "Report: out/of/it/report.html" in said.out
@@ -200,25 +235,53 @@ def test_clipped_pixels_are_masked_and_said(place, capsys):
     pixels = rendered("bright.toml")
     assert 0.01 < (clipped := (pixels >= 1).any(axis=2)).mean() < 0.5
     write_image("bright.png", pixels)
-    command = ["fit", "bright.toml", "--target", "bright.png", "--free", "paint.k_d", "--start", "paint.k_d=0.5", "--bounds", "paint.k_d=0:3"]
+    command = [
+        "fit",
+        "bright.toml",
+        "--target",
+        "bright.png",
+        "--free",
+        "paint.k_d",
+        "--start",
+        "paint.k_d=0.5",
+        "--bounds",
+        "paint.k_d=0:3",
+    ]
     assert main([*command, "--out", "masked"]) == 0
     said = capsys.readouterr()
     assert f"note: bright.png: {clipped.sum()} of 192 pixels are clipped" in said.err and "--keep-clipped" in said.err
     main([*command, "--out", "kept", "--keep-clipped"])
     assert "clipped" not in capsys.readouterr().err
-    masked, kept = (json.loads((place / out / "result.json").read_text())["coefficients"]["paint.k_d"]["value"] for out in ("masked", "kept"))
+    masked, kept = (
+        json.loads((place / out / "result.json").read_text())["coefficients"]["paint.k_d"]["value"]
+        for out in ("masked", "kept")
+    )
     assert masked == pytest.approx(1.6, rel=1e-3)
     assert kept < 1.55
 
 
 @pytest.mark.parametrize("noise", ["-1", "0", "nan", "inf"])
 def test_a_noise_that_is_none_is_refused_in_the_user_s_words(place, capsys, noise):
-    assert main(["fit", "start.toml", "--target", "target.exr", "--free", "paint.k_d", "--out", "out", "--noise", noise]) == 2
+    assert (
+        main(["fit", "start.toml", "--target", "target.exr", "--free", "paint.k_d", "--out", "out", "--noise", noise])
+        == 2
+    )
     assert f"--noise {noise}: allowed is a number > 0" in capsys.readouterr().err
 
 
 def test_a_fit_that_cannot_know(place, capsys):
-    arguments = ["fit", "start.toml", "--target", "target.exr", "--free", "hidden.k_d", "paint.k_d", "--out", "out", "--json"]
+    arguments = [
+        "fit",
+        "start.toml",
+        "--target",
+        "target.exr",
+        "--free",
+        "hidden.k_d",
+        "paint.k_d",
+        "--out",
+        "out",
+        "--json",
+    ]
     assert main([*arguments, "--start", "paint.k_d=0.9", "--bounds", "*.k_d=0:2", "--noise", "0.01", "--quiet"]) == 1
     said = capsys.readouterr()
     result = json.loads(said.out)
@@ -298,7 +361,9 @@ def test_explain_says_what_a_free_coefficient_costs(place, capsys):
 
 
 def test_explain_measures_each_effect_that_is_on(place, capsys):
-    (place / "plain.toml").write_text(SCENE.replace("[scene]", '[scene]\nshadows = "off"\nambient = [0, 0, 0]').replace("k_h = 0.3", "k_h = 0"))
+    (place / "plain.toml").write_text(
+        SCENE.replace("[scene]", '[scene]\nshadows = "off"\nambient = [0, 0, 0]').replace("k_h = 0.3", "k_h = 0")
+    )
     assert main(["explain", "plain.toml", "--json"]) == 0
     explained = json.loads(capsys.readouterr().out)
     cost = explained["cost"]
@@ -396,7 +461,20 @@ def test_options_take_several_values():
 
     parameters = get_command(app).commands["fit"].params
     given = ["scene.toml", "--free", "a.k_d", "b.k_d", "-o", "out", "--target", "x.exr", "--quiet", "--", "rest"]
-    expected = ["scene.toml", "--free", "a.k_d", "--free", "b.k_d", "-o", "out", "--target", "x.exr", "--quiet", "--", "rest"]
+    expected = [
+        "scene.toml",
+        "--free",
+        "a.k_d",
+        "--free",
+        "b.k_d",
+        "-o",
+        "out",
+        "--target",
+        "x.exr",
+        "--quiet",
+        "--",
+        "rest",
+    ]
     assert spread(parameters, given) == expected
     assert spread(parameters, ["--free", "a.k_d", "scene.toml"]) == ["--free", "a.k_d", "scene.toml"]
 

@@ -16,11 +16,24 @@ SKY = (0.2, 0.4, 0.8)
 @functools.cache
 def scene():
     """A mirror and a glass ball over a floor."""
-    objects = [dw.Sphere("ball", (0.7, 0, 0), 0.6, "glass"), dw.Sphere("mirror", (-0.7, 0, 0), 0.6, "mirror"), dw.Plane("ground", (0, 1, 0), -1, "floor")]
-    materials = {"glass": dw.Material(k_s=0.2, k_t=0.8, k_h=0, refractive_index=1.5), "mirror": dw.Material(k_s=0.9, k_h=0),
-                 "floor": dw.Material(k_d=0.6, k_h=0)}
-    return dw.Scene(objects=objects, materials=materials, lights=[dw.PointLight((2, 4, 3), 1)], background=dw.ConstantBackground(SKY), max_depth=4,
-                    cameras={"main": dw.Camera((0, 0.3, 4), (0, 0, 0), 45, 32, 24)})
+    objects = [
+        dw.Sphere("ball", (0.7, 0, 0), 0.6, "glass"),
+        dw.Sphere("mirror", (-0.7, 0, 0), 0.6, "mirror"),
+        dw.Plane("ground", (0, 1, 0), -1, "floor"),
+    ]
+    materials = {
+        "glass": dw.Material(k_s=0.2, k_t=0.8, k_h=0, refractive_index=1.5),
+        "mirror": dw.Material(k_s=0.9, k_h=0),
+        "floor": dw.Material(k_d=0.6, k_h=0),
+    }
+    return dw.Scene(
+        objects=objects,
+        materials=materials,
+        lights=[dw.PointLight((2, 4, 3), 1)],
+        background=dw.ConstantBackground(SKY),
+        max_depth=4,
+        cameras={"main": dw.Camera((0, 0.3, 4), (0, 0, 0), 45, 32, 24)},
+    )
 
 
 def test_maps_add_up_to_the_counts():
@@ -38,7 +51,9 @@ def test_maps_show_where_things_are():
     maps = dw.ray_maps(scene(), scene().cameras["main"], max_depth=3)
     assert maps.rays[1, 1] == maps.depth[1, 1] == 1
     assert maps.rays[9, 8] == maps.depth[9, 8] == 2
-    assert maps.depth[12, 23] == 3 and maps.rays[12, 23] == 5  # the ray, its two children, and of the one inside two again
+    assert (
+        maps.depth[12, 23] == 3 and maps.rays[12, 23] == 5
+    )  # the ray, its two children, and of the one inside two again
 
 
 def test_an_effect_is_measured_against_the_picture_without_it():
@@ -46,15 +61,24 @@ def test_an_effect_is_measured_against_the_picture_without_it():
     cost = picture_cost(scene(), camera, make_plan(scene(), camera, capacity=5 * 32 * 24), ["refraction"], said.append)
     counts = dw.explain(scene(), camera, measure=False).rays
     assert cost.rays == counts.total
-    assert cost.effects["refraction"].rays > counts.by_kind["transmitted"] and said[1] == "the picture without refraction"
+    assert (
+        cost.effects["refraction"].rays > counts.by_kind["transmitted"] and said[1] == "the picture without refraction"
+    )
     assert cost.effects["refraction"].compile_share < 1 and cost.seconds > 0
-    assert cost.work.overhead + cost.work.intersection + cost.work.shading == pytest.approx(1) and 0 < cost.work.overhead < 1
+    assert (
+        cost.work.overhead + cost.work.intersection + cost.work.shading == pytest.approx(1)
+        and 0 < cost.work.overhead < 1
+    )
 
 
 def test_the_parts_are_those_of_all_trees_of_a_pixel():
     """2 x 2 of them."""
-    ball = dw.Scene(objects=[dw.Sphere("ball", (0, 0, 0), 1, "paint")], materials={"paint": dw.Material(k_a=0.5, k_h=0)}, footprint=2,
-                    cameras={"main": dw.Camera((0, 0, 4), (0, 0, 0), 40, 8, 6)})
+    ball = dw.Scene(
+        objects=[dw.Sphere("ball", (0, 0, 0), 1, "paint")],
+        materials={"paint": dw.Material(k_a=0.5, k_h=0)},
+        footprint=2,
+        cameras={"main": dw.Camera((0, 0, 4), (0, 0, 0), 40, 8, 6)},
+    )
     plan = make_plan(ball, ball.cameras["main"], capacity=4 * 8 * 6)
     parts = work_programs(ball, ball.cameras["main"], plan)
     assert [trees.descendants.shape for trees in parts["search"].run()] == [(4,)]

@@ -42,12 +42,25 @@ def test_derivatives_of_the_means(mean, value, slopes):
         return mean(Linear(p[0], p[1], p[2]))
 
     differences = [(fn(point + step * e) - fn(point - step * e)) / (2 * step) for e in jnp.eye(3)]
-    np.testing.assert_allclose(jax.jacfwd(fn)(point), differences, atol=5e-6)  # a step across the kink at 0 is off by so much
-    np.testing.assert_allclose(jax.grad(fn)(point), differences, atol=5e-6)  # a step across the kink at 0 is off by so much
+    np.testing.assert_allclose(
+        jax.jacfwd(fn)(point), differences, atol=5e-6
+    )  # a step across the kink at 0 is off by so much
+    np.testing.assert_allclose(
+        jax.grad(fn)(point), differences, atol=5e-6
+    )  # a step across the kink at 0 is off by so much
 
 
-@pytest.mark.parametrize("g, h", [((0.1, 1.0, 0.3), (-0.1, -0.4, 0.8)), ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), ((0.2, 0.7, 0.7), (0.2, -0.7, -0.7)),
-                                  ((0.05, 1.0, 0.0), (0.1, 1.0, 0.0)), ((3.0, 1.0, 1.0), (0.1, 0.2, 1.0)), ((-3.0, 1.0, 1.0), (0.1, 0.2, 1.0))])
+@pytest.mark.parametrize(
+    "g, h",
+    [
+        ((0.1, 1.0, 0.3), (-0.1, -0.4, 0.8)),
+        ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+        ((0.2, 0.7, 0.7), (0.2, -0.7, -0.7)),
+        ((0.05, 1.0, 0.0), (0.1, 1.0, 0.0)),
+        ((3.0, 1.0, 1.0), (0.1, 0.2, 1.0)),
+        ((-3.0, 1.0, 1.0), (0.1, 0.2, 1.0)),
+    ],
+)
 def test_joint_coverage_is_the_area_that_two_edges_leave(g, h):
     g, h = linear(*g), linear(*h)
     assert joint_coverage(g, h)[0] == pytest.approx(np.mean((on_grid(g) > 0) & (on_grid(h) > 0)), abs=2e-3)
@@ -68,11 +81,17 @@ def test_edges_of_the_means_are_finite(mean, value, slopes):
     def fn(p):
         return mean(Linear(p[0], p[1], p[2]))
 
-    assert np.isfinite(fn(point)) and np.isfinite(jax.jacfwd(fn)(point)).all() and np.isfinite(jax.grad(fn)(point)).all()
+    assert (
+        np.isfinite(fn(point)) and np.isfinite(jax.jacfwd(fn)(point)).all() and np.isfinite(jax.grad(fn)(point)).all()
+    )
 
 
 def test_without_slopes_the_decision_is_hard_and_has_no_derivative():
-    assert coverage(linear(0.2, 0, 0))[0] == 1 and coverage(linear(-0.2, 0, 0))[0] == 0 and ramp(linear(0.2, 0, 0))[0] == 0.2
+    assert (
+        coverage(linear(0.2, 0, 0))[0] == 1
+        and coverage(linear(-0.2, 0, 0))[0] == 0
+        and ramp(linear(0.2, 0, 0))[0] == 0.2
+    )
     assert jax.grad(lambda x: coverage(Linear(x, x * 0, x * 0)))(0.2) == 0
     assert not is_cut(linear(0.2, 0, 0), 1e-3)[0]
 
@@ -85,15 +104,24 @@ def wave_on_grid(waves, slant=(0.0, 0.0)):
     return np.mean(product)
 
 
-@pytest.mark.parametrize("first, second", [((0.1, 0.3, 0.2), (0.9, 0.1, -0.4)), ((2.5, 0.2, 0.1), (3.5, 0.1, 0.2)), ((1.02, 0.5, 0.1), (-0.01, 0.5, 0.1))])
+@pytest.mark.parametrize(
+    "first, second",
+    [((0.1, 0.3, 0.2), (0.9, 0.1, -0.4)), ((2.5, 0.2, 0.1), (3.5, 0.1, 0.2)), ((1.02, 0.5, 0.1), (-0.01, 0.5, 0.1))],
+)
 def test_a_small_pixel_on_a_checkerboard_is_exact_where_both_edges_cross(first, second):
     waves = [linear(*first), linear(*second)]
     assert cell_mean(waves)[0] == pytest.approx(wave_on_grid(waves), abs=4e-3)
 
 
-@pytest.mark.parametrize("first, second, slant, off", [
-    ((0.3, 0.2, 1.8), (0.7, 0.6, 0.1), (0.0, 0.0), 0.01), ((0.3, 0.1, 3.0), (5.2, 0.4, 0.3), (0.0, 0.5), 0.03),
-    ((9.3, 0.3, 6.0), (5.2, 0.8, 0.3), (0.05, 1.2), 0.05), ((0.1, 40.0, 60.0), (0.2, 70.0, 3.0), (0.0, 0.0), 0.01)])
+@pytest.mark.parametrize(
+    "first, second, slant, off",
+    [
+        ((0.3, 0.2, 1.8), (0.7, 0.6, 0.1), (0.0, 0.0), 0.01),
+        ((0.3, 0.1, 3.0), (5.2, 0.4, 0.3), (0.0, 0.5), 0.03),
+        ((9.3, 0.3, 6.0), (5.2, 0.8, 0.3), (0.05, 1.2), 0.05),
+        ((0.1, 40.0, 60.0), (0.2, 70.0, 3.0), (0.0, 0.0), 0.01),
+    ],
+)
 def test_a_large_pixel_on_a_checkerboard_strip_by_strip(first, second, slant, off):
     waves = [linear(*first), linear(*second)]
     found = checker_mean(waves, tuple(jnp.asarray([s]) for s in slant))[0]

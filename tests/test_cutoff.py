@@ -7,11 +7,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from benchmarks.accuracy import nested_glass
-from benchmarks.supersampled import EXAMPLE
 
 import diffwhitted as dw
 import fitting
+from benchmarks.accuracy import nested_glass
+from benchmarks.supersampled import EXAMPLE
 
 DEEP = 16
 WHOLE = 1e-12
@@ -22,15 +22,28 @@ FLOOR = dw.Material(k_d=0.6, k_a=0.1, k_h=0.0)
 
 def hall_of_mirrors():
     """Two mirrors that face each other, a ball between them."""
-    objects = [dw.Plane("left", (1, 0, 0), -2, "mirror"), dw.Plane("right", (-1, 0, 0), -2, "mirror"), dw.Plane("floor", (0, 1, 0), -1, "floor"),
-               dw.Sphere("ball", (0, 0, 0), 0.7, "ball")]
-    materials = {"mirror": dw.Material(k_s=0.8, k_h=0.0), "floor": FLOOR, "ball": dw.Material(k_d=0.5, k_a=0.1, k_s=0.2)}
+    objects = [
+        dw.Plane("left", (1, 0, 0), -2, "mirror"),
+        dw.Plane("right", (-1, 0, 0), -2, "mirror"),
+        dw.Plane("floor", (0, 1, 0), -1, "floor"),
+        dw.Sphere("ball", (0, 0, 0), 0.7, "ball"),
+    ]
+    materials = {
+        "mirror": dw.Material(k_s=0.8, k_h=0.0),
+        "floor": FLOOR,
+        "ball": dw.Material(k_d=0.5, k_a=0.1, k_s=0.2),
+    }
     return _scene(objects, materials)
 
 
 def _scene(objects, materials):
-    return dw.Scene(objects=objects, materials=materials, lights=[dw.PointLight((0, 5, 3), (1, 1, 1))], background=SKY,
-                    cameras={"main": dw.Camera((0.3, 0.5, 6), (0, 0, 0), 50, 48, 36)})
+    return dw.Scene(
+        objects=objects,
+        materials=materials,
+        lights=[dw.PointLight((0, 5, 3), (1, 1, 1))],
+        background=SKY,
+        cameras={"main": dw.Camera((0.3, 0.5, 6), (0, 0, 0), 50, 48, 36)},
+    )
 
 
 def example(name):
@@ -38,8 +51,12 @@ def example(name):
     return eqx.tree_at(lambda s: s.cameras, scene, {"main": scene.cameras["main"].resized(48, 36)})
 
 
-SCENES = {"hall of mirrors": hall_of_mirrors, "nested glass": lambda: nested_glass(50, 48, 36), "glass between spheres": lambda: example("glass_between_spheres"),
-          "three spheres": lambda: example("three_spheres")}
+SCENES = {
+    "hall of mirrors": hall_of_mirrors,
+    "nested glass": lambda: nested_glass(50, 48, 36),
+    "glass between spheres": lambda: example("glass_between_spheres"),
+    "three spheres": lambda: example("three_spheres"),
+}
 
 
 @functools.cache
@@ -53,8 +70,14 @@ def bounded(name, depth, cutoff):
     return dw.render_with_bound(*scene_of(name), max_depth=depth, cutoff=cutoff)
 
 
-@pytest.mark.parametrize("name, depth, cutoff", [*((name, DEEP, cutoff) for name in SCENES for cutoff in (0.05, 0.3)),
-                                                 ("hall of mirrors", 1, WHOLE), ("nested glass", 3, WHOLE)])
+@pytest.mark.parametrize(
+    "name, depth, cutoff",
+    [
+        *((name, DEEP, cutoff) for name in SCENES for cutoff in (0.05, 0.3)),
+        ("hall of mirrors", 1, WHOLE),
+        ("nested glass", 3, WHOLE),
+    ],
+)
 def test_the_bound_holds_against_a_much_deeper_tree(name, depth, cutoff):
     whole, part = bounded(name, DEEP, WHOLE), bounded(name, depth, cutoff)
     missing = whole.image - part.image
@@ -64,7 +87,11 @@ def test_the_bound_holds_against_a_much_deeper_tree(name, depth, cutoff):
 
 def test_the_bound_is_not_vacuous():
     """Within a factor of 20 of the largest error on three of the four scenes. Where k_s + k_t = 1 the series does not converge."""
-    ratios = {name: bounded(name, DEEP, 0.05).most / (bounded(name, DEEP, WHOLE).image - bounded(name, DEEP, 0.05).image).max() for name in SCENES}
+    ratios = {
+        name: bounded(name, DEEP, 0.05).most
+        / (bounded(name, DEEP, WHOLE).image - bounded(name, DEEP, 0.05).image).max()
+        for name in SCENES
+    }
     assert sum(ratio < 20 for ratio in ratios.values()) >= 3, ratios
 
 
@@ -76,7 +103,9 @@ def test_nothing_is_left_out_of_a_tree_that_ends_by_itself():
 
 def test_a_bound_past_all_numbers_is_infinite_where_light_is_left_out():
     scene, camera = scene_of("hall of mirrors")
-    found = dw.render_with_bound(dw.replace_coefficient(scene, "mirror.k_s", jnp.asarray((5.0, 0.0, 0.0))), camera, max_depth=3)
+    found = dw.render_with_bound(
+        dw.replace_coefficient(scene, "mirror.k_s", jnp.asarray((5.0, 0.0, 0.0))), camera, max_depth=3
+    )
     assert not np.isnan(found.left_out).any() and found.most == np.inf and (found.left_out[..., 1:] < 1).all()
 
 

@@ -7,9 +7,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from benchmarks.supersampled import EXAMPLE
 
 import diffwhitted as dw
+from benchmarks.supersampled import EXAMPLE
 from diffwhitted import _derivative
 
 
@@ -55,7 +55,9 @@ def test_places_and_lamps_have_derivatives_too():
         return eqx.tree_at(lambda s: s.ambient, scene, jnp.full(3, ambient, scene.dtype))
 
     found = dw.derivative(make, 1.0, camera, footprint=0)
-    np.testing.assert_allclose(found.slope, np.asarray(dw.render(make(2.0), camera)) - np.asarray(dw.render(make(1.0), camera)), atol=1e-5)
+    np.testing.assert_allclose(
+        found.slope, np.asarray(dw.render(make(2.0), camera)) - np.asarray(dw.render(make(1.0), camera)), atol=1e-5
+    )
 
 
 @pytest.mark.parametrize("footprint", [-1, 65, 1.5, True])

@@ -6,20 +6,13 @@ import sys
 import numpy as np
 import pytest
 
-from diffwhitted.image import (
-    ciede2000,
-    count_clipped,
-    decode_from_display,
-    display_codes,
-    encode_for_display,
-)
+from diffwhitted.image import ciede2000, count_clipped, decode_from_display, display_codes, encode_for_display
 from diffwhitted.image._colour import decode_srgb, encode_srgb, lab, lab_difference
 
 
 # IEC 61966-2-1: the straight part ends at 0.0031308; above it 1.055 L^(1/2.4) - 0.055.
 @pytest.mark.parametrize(
-    ("linear", "signal"),
-    [(0.0, 0.0), (0.0031308, 0.0031308 * 12.92), (0.18, 0.461356), (0.5, 0.735357), (1.0, 1.0)],
+    ("linear", "signal"), [(0.0, 0.0), (0.0031308, 0.0031308 * 12.92), (0.18, 0.461356), (0.5, 0.735357), (1.0, 1.0)]
 )
 def test_srgb_values(linear, signal):
     assert encode_for_display(np.array([linear])) == pytest.approx([signal], abs=5e-7)

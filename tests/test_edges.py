@@ -8,10 +8,10 @@ import functools
 
 import numpy as np
 import pytest
-from benchmarks.supersampled import SCENES, area_true, changed, cosine, filtered, reference, relative
 
-from diffwhitted.accuracy._reference import rmse
+from benchmarks.supersampled import SCENES, area_true, changed, cosine, filtered, reference, relative
 from diffwhitted._render import traced_passes
+from diffwhitted.accuracy._reference import rmse
 from diffwhitted.tree import make_plan
 
 STEP, SIDE = 2e-3, 48
@@ -81,4 +81,6 @@ def test_derivatives_are_finite_at_any_index(index, along):
 def test_recording_and_replaying_gives_what_tracing_gives():
     scene, camera = scene_of("spheres")
     plan = make_plan(scene, camera, footprint=1, capacity=3 * 80 * 60)
-    np.testing.assert_allclose(filtered(scene, camera)[0].astype(np.float32), traced_passes(scene, camera, plan)[0], atol=1e-6)
+    np.testing.assert_allclose(
+        filtered(scene, camera)[0].astype(np.float32), traced_passes(scene, camera, plan)[0], atol=1e-6
+    )

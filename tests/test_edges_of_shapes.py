@@ -12,12 +12,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from benchmarks.supersampled import area_true, cosine, relative
 from conftest import SOON_COMPILED
 
 import diffwhitted as dw
-from diffwhitted.accuracy._reference import rmse
+from benchmarks.supersampled import area_true, cosine, relative
 from diffwhitted._render import render_passes
+from diffwhitted.accuracy._reference import rmse
 from diffwhitted.tree import make_plan
 
 SIDE = 32
@@ -32,21 +32,51 @@ def matt(*colour):
 
 def touching():
     """A glass ball with another inside rests on tiles and touches a stone; a triangle stands behind."""
-    objects = [dw.Sphere("ball", [0, 0, 0], 1, "ball"), dw.Sphere("core", [0.1, 0.1, 0.1], 0.45, "core"),
-               dw.Sphere("stone", [1.4, -0.4, -0.66332], 0.6, "stone"), dw.Plane("ground", [0, 1, 0], -1, "floor"),
-               dw.Polygon("sail", [[-2.2, -0.9, -1.2], [-0.2, -0.6, -2.2], [-1.0, 0.9, -1.8]], "sail")]
-    materials = {"ball": dw.Material(**GLASS, refractive_index=1.5), "core": dw.Material(**GLASS, refractive_index=1.8),
-                 "stone": matt(0.1, 0.2, 0.6), "sail": matt(0.1, 0.6, 0.2), "floor": FLOOR}
-    return dw.Scene(objects=objects, materials=materials, textures=TILES, background=dw.ConstantBackground([0.4, 0.6, 0.9]),
-                    lights=[dw.PointLight([3, 5, 4], [1.0] * 3)], cameras={"main": dw.Camera([0, 0.8, 5], [0.1, 0, 0], 36, 60, 45)})
+    objects = [
+        dw.Sphere("ball", [0, 0, 0], 1, "ball"),
+        dw.Sphere("core", [0.1, 0.1, 0.1], 0.45, "core"),
+        dw.Sphere("stone", [1.4, -0.4, -0.66332], 0.6, "stone"),
+        dw.Plane("ground", [0, 1, 0], -1, "floor"),
+        dw.Polygon("sail", [[-2.2, -0.9, -1.2], [-0.2, -0.6, -2.2], [-1.0, 0.9, -1.8]], "sail"),
+    ]
+    materials = {
+        "ball": dw.Material(**GLASS, refractive_index=1.5),
+        "core": dw.Material(**GLASS, refractive_index=1.8),
+        "stone": matt(0.1, 0.2, 0.6),
+        "sail": matt(0.1, 0.6, 0.2),
+        "floor": FLOOR,
+    }
+    return dw.Scene(
+        objects=objects,
+        materials=materials,
+        textures=TILES,
+        background=dw.ConstantBackground([0.4, 0.6, 0.9]),
+        lights=[dw.PointLight([3, 5, 4], [1.0] * 3)],
+        cameras={"main": dw.Camera([0, 0.8, 5], [0.1, 0, 0], 36, 60, 45)},
+    )
 
 
 def pool():
     """From under water: the rim of total reflection, what is above seen through the surface, the bed mirrored in it."""
-    objects = [dw.Plane("water", [0, 1, 0], 0, "water"), dw.Plane("bed", [0, 1, 0], -2, "floor"), dw.Sphere("sun", [0.5, 1.2, -1.0], 0.7, "sun")]
-    materials = {"water": dw.Material(k_s=0.1, k_h=0.0, k_t=0.9, refractive_index=1.33), "floor": FLOOR, "sun": matt(0.1, 0.2, 0.6)}
-    return dw.Scene(objects=objects, materials=materials, textures=TILES, background=dw.GradientBackground((0.1, 0.2, 0.6), (0.9, 0.7, 0.2)),
-                    lights=[dw.PointLight([3, 5, 4], [0.6] * 3)], shadows="tinted", cameras={"main": dw.Camera([0, -1, 1.5], [0, 0, 0.2], 80, 60, 45)})
+    objects = [
+        dw.Plane("water", [0, 1, 0], 0, "water"),
+        dw.Plane("bed", [0, 1, 0], -2, "floor"),
+        dw.Sphere("sun", [0.5, 1.2, -1.0], 0.7, "sun"),
+    ]
+    materials = {
+        "water": dw.Material(k_s=0.1, k_h=0.0, k_t=0.9, refractive_index=1.33),
+        "floor": FLOOR,
+        "sun": matt(0.1, 0.2, 0.6),
+    }
+    return dw.Scene(
+        objects=objects,
+        materials=materials,
+        textures=TILES,
+        background=dw.GradientBackground((0.1, 0.2, 0.6), (0.9, 0.7, 0.2)),
+        lights=[dw.PointLight([3, 5, 4], [0.6] * 3)],
+        shadows="tinted",
+        cameras={"main": dw.Camera([0, -1, 1.5], [0, 0, 0.2], 80, 60, 45)},
+    )
 
 
 def named(scene, name):
@@ -56,10 +86,16 @@ def named(scene, name):
 TIP, ACROSS, UP = np.array([[0, 0, 0], [0, 0, 0], [0, 1.0, 0]]), np.array([1.0, 0, 0]), np.array([0, 1.0, 0])
 """The tip of the sail upwards, a step to the right, a step up."""
 MOVES = {
-    "touching": {"index": (lambda s: s.materials["ball"].refractive_index, 1.0), "tip": (lambda s: named(s, "sail").vertices, TIP),
-                 "light": (lambda s: s.lights[0].position, ACROSS)},
-    "pool": {"index": (lambda s: s.materials["water"].refractive_index, 1.0), "camera": (lambda s: s.cameras["main"].look_from, ACROSS),
-             "sun": (lambda s: named(s, "sun").centre, UP)},
+    "touching": {
+        "index": (lambda s: s.materials["ball"].refractive_index, 1.0),
+        "tip": (lambda s: named(s, "sail").vertices, TIP),
+        "light": (lambda s: s.lights[0].position, ACROSS),
+    },
+    "pool": {
+        "index": (lambda s: s.materials["water"].refractive_index, 1.0),
+        "camera": (lambda s: s.cameras["main"].look_from, ACROSS),
+        "sun": (lambda s: named(s, "sun").centre, UP),
+    },
 }
 SCENES = {"touching": touching, "pool": pool}
 scene_of = functools.cache(lambda name: SCENES[name]())
@@ -105,14 +141,17 @@ def true(name, what, step):
     return (below + above) / 2, (above - below) / (2 * step)
 
 
-@pytest.mark.parametrize("name, what, step, like, off", [
-    ("touching", "index", 2e-3, 0.94, 0.37),
-    ("touching", "tip", 5e-3, 0.975, 0.23),
-    ("touching", "light", 2e-2, 0.96, 0.27),
-    ("pool", "index", 2e-3, 0.975, 0.22),
-    ("pool", "camera", 5e-3, 0.97, 0.24),
-    ("pool", "sun", 5e-3, 0.985, 0.16),
-])
+@pytest.mark.parametrize(
+    "name, what, step, like, off",
+    [
+        ("touching", "index", 2e-3, 0.94, 0.37),
+        ("touching", "tip", 5e-3, 0.975, 0.23),
+        ("touching", "light", 2e-2, 0.96, 0.27),
+        ("pool", "index", 2e-3, 0.975, 0.22),
+        ("pool", "camera", 5e-3, 0.97, 0.24),
+        ("pool", "sun", 5e-3, 0.985, 0.16),
+    ],
+)
 def test_the_derivative_is_that_of_the_area(name, what, step, like, off):
     image, slope = true(name, what, step)
     ours, derivative = filtered(name, scene_of(name), what)
@@ -124,8 +163,12 @@ def lantern():
     """A stone behind glass, both without lamps: outlines, and no more."""
     objects = [dw.Sphere("ball", [0, 0, 0], 1, "ball"), dw.Sphere("stone", [-0.4, -0.2, -1.7], 0.6, "stone")]
     materials = {"ball": dw.Material(k_t=0.9, refractive_index=1.5), "stone": dw.Material(k_a=(0.1, 0.6, 0.2))}
-    return dw.Scene(objects=objects, materials=materials, background=dw.GradientBackground((0.1, 0.2, 0.6), (0.9, 0.7, 0.2)),
-                    cameras={"main": dw.Camera([0, 0.8, 5], [0.1, 0, 0], 36, 24, 18)})
+    return dw.Scene(
+        objects=objects,
+        materials=materials,
+        background=dw.GradientBackground((0.1, 0.2, 0.6), (0.9, 0.7, 0.2)),
+        cameras={"main": dw.Camera([0, 0.8, 5], [0.1, 0, 0], 36, 24, 18)},
+    )
 
 
 def test_reverse_mode_sees_edges_move():
@@ -143,10 +186,16 @@ def test_reverse_mode_sees_edges_move():
     backward = jax.jit(jax.value_and_grad(loss, has_aux=True), compiler_options=SOON_COMPILED)
     (_, needed), gradient = backward(arrays)
     assert needed <= plan.capacity
-    reverse = sum((np.asarray(g, np.float64) * np.asarray(v)).sum() for g, v in zip(jax.tree.leaves(gradient), jax.tree.leaves(along), strict=True))
+    reverse = sum(
+        (np.asarray(g, np.float64) * np.asarray(v)).sum()
+        for g, v in zip(jax.tree.leaves(gradient), jax.tree.leaves(along), strict=True)
+    )
     step = 1e-3
     ends = [float(backward(jax.tree.map(lambda a, v, d=d: a + d * v, arrays, along))[0][0]) for d in (-step, step)]
-    assert all(np.isfinite(g).all() for g in jax.tree.leaves(gradient)) and gradient.materials["ball"].refractive_index != 0
+    assert (
+        all(np.isfinite(g).all() for g in jax.tree.leaves(gradient))
+        and gradient.materials["ball"].refractive_index != 0
+    )
     assert reverse == pytest.approx((ends[1] - ends[0]) / (2 * step), rel=0.05)
 
 
@@ -171,7 +220,10 @@ def awkward(name, seed):
         put(lambda s: named(s, "stone").radius, random.choice([1e-3, 0.6, 3.0]))
         thin = random.choice([1e-4, 0.5])
         corner, edge = random.uniform(-2, 2, 3), random.uniform(-1, 1, 3)
-        put(lambda s: named(s, "sail").vertices, [corner, corner + edge, corner + edge * 0.5 + thin * random.uniform(-1, 1, 3)])
+        put(
+            lambda s: named(s, "sail").vertices,
+            [corner, corner + edge, corner + edge * 0.5 + thin * random.uniform(-1, 1, 3)],
+        )
     else:
         put(lambda s: s.cameras["main"].look_from, [0, random.choice([-1.999, -0.5, 0.0, 1e-4, 1.0]), 1.5])
         put(lambda s: named(s, "sun").centre, random.uniform(-2, 2, 3))

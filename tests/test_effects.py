@@ -37,12 +37,25 @@ class Variant:
 
     def __post_init__(self):
         light = dw.PointLight((0, 0.5, 5), 0.8, attenuation=self.attenuation)  # where the camera is: no shadow shows
-        object.__setattr__(self, "scene", dw.Scene(
-            objects=[dw.Sphere("ball", (0, 0, 0), self.radius, "paint"), dw.Plane("ground", (0, 1, 0), -1, "plain")],
-            materials={"paint": dw.Material(**dict(self.ball)), "plain": dw.Material(**dict(self.floor))}, lights=[light],
-            textures={"white": dw.Checker(((1, 1, 1), (1, 1, 1)))} if dict(self.floor).get("k_d_texture") else {},
-            background=dw.GradientBackground(SKY, SKY) if self.gradient else dw.ConstantBackground(SKY),
-            cameras={"main": dw.Camera((0, 0.5, 5), (0, 0, 0), 40, 8, 6)}, shadows=self.shadows, max_depth=3, footprint=self.footprint, cutoff=self.cutoff))
+        object.__setattr__(
+            self,
+            "scene",
+            dw.Scene(
+                objects=[
+                    dw.Sphere("ball", (0, 0, 0), self.radius, "paint"),
+                    dw.Plane("ground", (0, 1, 0), -1, "plain"),
+                ],
+                materials={"paint": dw.Material(**dict(self.ball)), "plain": dw.Material(**dict(self.floor))},
+                lights=[light],
+                textures={"white": dw.Checker(((1, 1, 1), (1, 1, 1)))} if dict(self.floor).get("k_d_texture") else {},
+                background=dw.GradientBackground(SKY, SKY) if self.gradient else dw.ConstantBackground(SKY),
+                cameras={"main": dw.Camera((0, 0.5, 5), (0, 0, 0), 40, 8, 6)},
+                shadows=self.shadows,
+                max_depth=3,
+                footprint=self.footprint,
+                cutoff=self.cutoff,
+            ),
+        )
 
     @property
     def camera(self):
@@ -55,7 +68,9 @@ class Variant:
 
 BARE = Variant()
 UNLIT = Variant(ball=(("k_a", 0.5), ("k_h", 0.0)), floor=(("k_a", 0.3), ("k_h", 0.0)))
-ROOM = Variant(ball=(("k_a", 0.5), ("k_h", 0.0)), floor=(("k_a", 0.5), ("k_h", 0.0)), radius=100.0)  # one colour in every direction
+ROOM = Variant(
+    ball=(("k_a", 0.5), ("k_h", 0.0)), floor=(("k_a", 0.5), ("k_h", 0.0)), radius=100.0
+)  # one colour in every direction
 MIRRORING = Variant(free=("paint.k_s",))
 GLASSY = Variant(free=("paint.k_t",))
 SHADED = Variant(free=("paint.k_t",), shadows="opaque")
@@ -136,8 +151,15 @@ def test_forcing_off_what_is_off_selects_the_same_program(effect):
 
 def test_what_no_object_is_made_of_calls_for_nothing():
     scene = BARE.scene
-    idle = dw.Scene(objects=scene.objects, materials=dict(scene.materials) | {"idle": dw.Material(k_a=1, k_d=1, k_h=1, k_s=1, k_t=1, refractive_index=2)},
-                    textures={"idle": dw.Checker(((0, 0, 0), (1, 1, 1)))}, lights=scene.lights, background=scene.background, shadows="off", max_depth=3)
+    idle = dw.Scene(
+        objects=scene.objects,
+        materials=dict(scene.materials) | {"idle": dw.Material(k_a=1, k_d=1, k_h=1, k_s=1, k_t=1, refractive_index=2)},
+        textures={"idle": dw.Checker(((0, 0, 0), (1, 1, 1)))},
+        lights=scene.lights,
+        background=scene.background,
+        shadows="off",
+        max_depth=3,
+    )
     assert make_plan(idle, BARE.camera).effects == BARE.plan.effects
 
 
@@ -150,10 +172,22 @@ def reasons(scene, **how):
 
 def everything():
     return dw.Scene(
-        objects=[dw.Plane("ground", (0, 1, 0), -1, "tiles"), dw.Sphere("ball", (0, 0, 0), 1, "glass"), dw.Sphere("bead", (0, 0, 0), 0.4, "glass")],
-        materials={"glass": dw.Material(k_h=0.25, k_s=0.2, k_t=(0.0, 0.7, 0.8), refractive_index=1.5), "tiles": dw.Material(k_a=0.1, k_d=0.6, k_h=0, k_d_texture="checks")},
-        lights=[dw.DirectionalLight((0, 1, 0), 1), dw.PointLight((0, 5, 0), 1, attenuation=(1, 0, 0.1))], textures={"checks": dw.Checker(((0, 0, 0), (1, 1, 1)))},
-        background=dw.GradientBackground(SKY, SKY), shadows="tinted", footprint=1, cutoff=0.01)
+        objects=[
+            dw.Plane("ground", (0, 1, 0), -1, "tiles"),
+            dw.Sphere("ball", (0, 0, 0), 1, "glass"),
+            dw.Sphere("bead", (0, 0, 0), 0.4, "glass"),
+        ],
+        materials={
+            "glass": dw.Material(k_h=0.25, k_s=0.2, k_t=(0.0, 0.7, 0.8), refractive_index=1.5),
+            "tiles": dw.Material(k_a=0.1, k_d=0.6, k_h=0, k_d_texture="checks"),
+        },
+        lights=[dw.DirectionalLight((0, 1, 0), 1), dw.PointLight((0, 5, 0), 1, attenuation=(1, 0, 0.1))],
+        textures={"checks": dw.Checker(((0, 0, 0), (1, 1, 1)))},
+        background=dw.GradientBackground(SKY, SKY),
+        shadows="tinted",
+        footprint=1,
+        cutoff=0.01,
+    )
 
 
 def test_reasons_name_the_object_and_the_coefficient():
@@ -177,15 +211,26 @@ def test_reasons_for_what_is_off():
     given = reasons(BARE.scene)
     assert [name for name, (on, _) in given.items() if on] == ["diffuse"]
     assert given["reflection"][1] == "no object has k_s > 0" and given["shadows"][1] == 'shadows = "off"'
-    assert given["total_internal_reflection"][1] == "no refraction" and given["attenuation"][1] == "no point light has an attenuation"
+    assert (
+        given["total_internal_reflection"][1] == "no refraction"
+        and given["attenuation"][1] == "no point light has an attenuation"
+    )
     shallow = reasons(everything(), max_depth=1)
     assert all(shallow[name] == (False, "max_depth = 1: camera rays only") for name in ("reflection", "refraction"))
-    dark = reasons(dw.Scene(objects=[dw.Sphere("ball", (0, 0, 0), 1, "paint")], materials={"paint": dw.Material(k_d=1, k_h=1)}, ambient=0))
+    dark = reasons(
+        dw.Scene(
+            objects=[dw.Sphere("ball", (0, 0, 0), 1, "paint")],
+            materials={"paint": dw.Material(k_d=1, k_h=1)},
+            ambient=0,
+        )
+    )
     assert [dark[name] for name in ("diffuse", "highlight")] == [(False, "the scene has no light")] * 2
     assert not any(on for on, _ in dark.values())
 
 
-@pytest.mark.parametrize("coefficient, effect", [("k_a", "ambient"), ("k_h", "highlight"), ("k_s", "reflection"), ("k_t", "refraction")])
+@pytest.mark.parametrize(
+    "coefficient, effect", [("k_a", "ambient"), ("k_h", "highlight"), ("k_s", "reflection"), ("k_t", "refraction")]
+)
 def test_a_coefficient_that_is_free_or_traced_keeps_its_effect_at_zero(coefficient, effect):
     name = f"paint.{coefficient}"
     free = reasons(BARE.scene, free=(name,))
@@ -202,7 +247,11 @@ def test_a_coefficient_that_is_free_or_traced_keeps_its_effect_at_zero(coefficie
 
 
 def test_a_highlight_that_follows_a_free_k_s():
-    scene = dw.Scene(objects=[dw.Sphere("ball", (0, 0, 0), 1, "paint")], materials={"paint": dw.Material()}, lights=[dw.PointLight((0, 9, 0), 1)])
+    scene = dw.Scene(
+        objects=[dw.Sphere("ball", (0, 0, 0), 1, "paint")],
+        materials={"paint": dw.Material()},
+        lights=[dw.PointLight((0, 9, 0), 1)],
+    )
     assert reasons(scene, free=("paint.k_s",))["highlight"] == (True, "object 'ball': paint.k_s is free and gives k_h")
     assert not reasons(scene, free=("paint.k_d",))["highlight"][0]
 

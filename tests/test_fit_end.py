@@ -11,8 +11,13 @@ LIGHT = DirectionalLight((0.3, 0.5, 1), (1, 1, 1))
 
 def scene_of(objects, width=64, height=48, **materials) -> Scene:
     """Objects before a camera on the axis, one directional light, no shadows."""
-    return Scene(objects=objects, materials=materials, lights=[LIGHT], shadows="off",
-                 cameras={"main": Camera((0, 0, 5), (0, 0, 0), 50, width, height)})
+    return Scene(
+        objects=objects,
+        materials=materials,
+        lights=[LIGHT],
+        shadows="off",
+        cameras={"main": Camera((0, 0, 5), (0, 0, 0), 50, width, height)},
+    )
 
 
 def picture(scene: Scene, noise: float = 0.0, seed: int = 0) -> np.ndarray:
@@ -26,13 +31,18 @@ def ball(size=(64, 48), **coefficients) -> Scene:
 
 def wall_and_ball(k_a, k_d, ball_k_d) -> Scene:
     """On the flat wall k_a and k_d cannot be told apart; the ball is clear."""
-    return scene_of([Plane("w", (0, 0, 1), -1, "m"), Sphere("s", (0, 0, 0), 0.5, "b")],
-                    m=Material(k_a=k_a, k_d=k_d, k_h=0.0), b=Material(k_d=ball_k_d, k_h=0.0))
+    return scene_of(
+        [Plane("w", (0, 0, 1), -1, "m"), Sphere("s", (0, 0, 0), 0.5, "b")],
+        m=Material(k_a=k_a, k_d=k_d, k_h=0.0),
+        b=Material(k_d=ball_k_d, k_h=0.0),
+    )
 
 
 def test_what_is_determined_is_found_beside_what_is_not():
     """The start is right for the ball and far off for the wall, where only one direction of two is determined."""
-    result = fitting.fit(wall_and_ball(0.4, 0.8, 0.6), picture(wall_and_ball(0.1, 0.3, 0.6)), ["m.k_a", "m.k_d", "b.k_d"])
+    result = fitting.fit(
+        wall_and_ball(0.4, 0.8, 0.6), picture(wall_and_ball(0.1, 0.3, 0.6)), ["m.k_a", "m.k_d", "b.k_d"]
+    )
     assert result.rmse < 1e-5
     assert result["b.k_d"].value == pytest.approx(0.6, abs=1e-4)
     assert result["b.k_d"].identifiable
@@ -119,8 +129,13 @@ def test_a_residual_above_the_given_noise_is_a_misfit_and_one_below_is_not():
 def test_rounding_is_neither_noise_nor_misfit_and_bounds_the_standard_error(precision):
     def exact(k_d):
         like = ball()
-        return Scene(objects=like.objects, materials={"m": Material(k_a=0.3, k_d=k_d, k_h=0.0)}, lights=like.lights,
-                     cameras=like.cameras, precision=precision)
+        return Scene(
+            objects=like.objects,
+            materials={"m": Material(k_a=0.3, k_d=k_d, k_h=0.0)},
+            lights=like.lights,
+            cameras=like.cameras,
+            precision=precision,
+        )
 
     result = fitting.fit(exact(0.3), picture(exact(0.7)), ["m.k_d", "m.k_a"])
     assert not result.misfit

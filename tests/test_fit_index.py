@@ -8,11 +8,11 @@ import functools
 import equinox as eqx
 import numpy as np
 import pytest
-from benchmarks.supersampled import INDEX, area_true, changed, spheres
 from test_povray_targets import TARGETS, translated
 
 import diffwhitted as dw
 import fitting
+from benchmarks.supersampled import INDEX, area_true, changed, spheres
 from diffwhitted.image import read_image
 from fitting._identifiability import QUANTILE
 
@@ -54,7 +54,10 @@ def test_the_interval_covers_the_truth_in_95_of_100_noisy_targets():
     scene, _ = small_spheres()
     scene = changed(scene, 1.5, 0.0)
     clean, random = target(1.5), np.random.default_rng(5)
-    results = [fitting.fit(scene, clean + random.normal(0, 0.02, clean.shape).astype(np.float32), [INDEX])[INDEX] for _ in range(24)]
+    results = [
+        fitting.fit(scene, clean + random.normal(0, 0.02, clean.shape).astype(np.float32), [INDEX])[INDEX]
+        for _ in range(24)
+    ]
     covered = np.mean([low <= 1.5 <= high for low, high in (r.interval_95 for r in results)])
     assert covered >= 0.81
     spread = np.std([r.value for r in results])
@@ -64,9 +67,13 @@ def test_the_interval_covers_the_truth_in_95_of_100_noisy_targets():
 
 def test_the_index_of_a_slab_before_a_uniform_wall_is_not_identifiable():
     scene = dw.Scene(
-        objects=[dw.Plane("wall", (0, 0, 1), -3, "wall"), dw.Polygon("front", [(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)], "glass")],
+        objects=[
+            dw.Plane("wall", (0, 0, 1), -3, "wall"),
+            dw.Polygon("front", [(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)], "glass"),
+        ],
         materials={"wall": dw.Material(k_a=0.5), "glass": dw.Material(k_t=0.9, refractive_index=1.5)},
-        cameras={"main": dw.Camera((0, 0, 4), (0, 0, 0), 40, 16, 12)})
+        cameras={"main": dw.Camera((0, 0, 4), (0, 0, 0), 40, 16, 12)},
+    )
     picture = np.asarray(dw.render(scene, scene.cameras["main"]))
     result = fitting.fit(scene, picture, [INDEX], start={INDEX: 1.3}, footprint=0)
     assert result.status == "not_identifiable" and result[INDEX].standard_error is None

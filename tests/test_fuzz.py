@@ -36,8 +36,16 @@ index = st.sampled_from([1.0, 1.5, 4.0]) | st.floats(1, 3, width=32)
 
 
 def material(**settings):
-    return st.builds(functools.partial(dw.Material, **settings), k_a=share, k_d=colour, k_h=share, k_s=colour, k_t=share, phong_exponent=exponent,
-                     refractive_index=index)
+    return st.builds(
+        functools.partial(dw.Material, **settings),
+        k_a=share,
+        k_d=colour,
+        k_h=share,
+        k_s=colour,
+        k_t=share,
+        phong_exponent=exponent,
+        refractive_index=index,
+    )
 
 
 def sphere(name):
@@ -64,24 +72,50 @@ def camera(draw):
     position, ahead, up = (np.array(draw(s)) for s in (place, direction, direction))
     if np.linalg.norm(np.cross(ahead, up)) < 1e-2 * np.linalg.norm(ahead) * np.linalg.norm(up):
         up = np.eye(3)[np.abs(ahead).argmin()]
-    return dw.Camera(position, position + ahead, draw(st.sampled_from([1.0, 90.0]) | st.floats(5, 150, width=32)), 8, 6, up=up)
+    return dw.Camera(
+        position, position + ahead, draw(st.sampled_from([1.0, 90.0]) | st.floats(5, 150, width=32)), 8, 6, up=up
+    )
 
 
 KINDS = {
     "balls": st.builds(
         lambda objects, glass, metal, floor, light, tiles, sky, camera: dw.Scene(
-            objects=objects, materials={"glass": glass, "metal": metal, "floor": floor}, lights=[light], textures={"tiles": tiles}, background=sky,
-            cameras={"main": camera}, shadows="tinted", max_depth=4),
-        st.tuples(sphere("glass"), sphere("metal"), plane("floor")), material(highlight="reflected"), material(), material(k_d_texture="tiles"),
+            objects=objects,
+            materials={"glass": glass, "metal": metal, "floor": floor},
+            lights=[light],
+            textures={"tiles": tiles},
+            background=sky,
+            cameras={"main": camera},
+            shadows="tinted",
+            max_depth=4,
+        ),
+        st.tuples(sphere("glass"), sphere("metal"), plane("floor")),
+        material(highlight="reflected"),
+        material(),
+        material(k_d_texture="tiles"),
         st.builds(functools.partial(dw.PointLight, attenuation=(0.0, 1.0, 0.5)), place, colour),
         st.builds(lambda colours, size: dw.Checker(colours, size, "xz"), st.tuples(colour, colour), radius),
-        st.builds(dw.GradientBackground, colour, colour), camera()),
+        st.builds(dw.GradientBackground, colour, colour),
+        camera(),
+    ),
     "nested": st.builds(
         lambda objects, water, glass, sheet, light, sky, camera: dw.Scene(
-            objects=objects, materials={"water": water, "glass": glass, "sheet": sheet}, lights=[light], background=sky, cameras={"main": camera},
-            total_internal_reflection="whitted", max_depth=4),
-        st.tuples(sphere("water"), sphere("glass"), triangle("sheet")), material(), material(highlight="reflected"), material(),
-        st.builds(dw.DirectionalLight, direction, colour), st.builds(dw.ConstantBackground, colour), camera()),
+            objects=objects,
+            materials={"water": water, "glass": glass, "sheet": sheet},
+            lights=[light],
+            background=sky,
+            cameras={"main": camera},
+            total_internal_reflection="whitted",
+            max_depth=4,
+        ),
+        st.tuples(sphere("water"), sphere("glass"), triangle("sheet")),
+        material(),
+        material(highlight="reflected"),
+        material(),
+        st.builds(dw.DirectionalLight, direction, colour),
+        st.builds(dw.ConstantBackground, colour),
+        camera(),
+    ),
 }
 
 

@@ -11,7 +11,19 @@ import pytest
 import diffwhitted as dw
 from diffwhitted._vector import vec3
 from diffwhitted.geometry import (
-    NOTHING, Departure, Planes, Polygons, Ray, Shapes, Spheres, blocked, containing, crossing_count, facing, nearest, surface_at,
+    NOTHING,
+    Departure,
+    Planes,
+    Polygons,
+    Ray,
+    Shapes,
+    Spheres,
+    blocked,
+    containing,
+    crossing_count,
+    facing,
+    nearest,
+    surface_at,
 )
 
 BOOK = json.loads((Path(__file__).parent / "oracles" / "ray_tracer_challenge.json").read_text())["geometry"]
@@ -33,7 +45,9 @@ def polygons(*outlines, dtype="float64"):
 
 
 def rays(origins, directions, dtype="float64"):
-    origins, directions = np.broadcast_arrays(np.atleast_2d(np.asarray(origins, float)), np.atleast_2d(np.asarray(directions, float)))
+    origins, directions = np.broadcast_arrays(
+        np.atleast_2d(np.asarray(origins, float)), np.atleast_2d(np.asarray(directions, float))
+    )
     directions = directions / np.linalg.norm(directions, axis=-1, keepdims=True)
     return Ray(vec3(jnp.asarray(origins, dtype)), vec3(jnp.asarray(directions, dtype)))
 
@@ -43,7 +57,9 @@ def in_free_space(ray):
 
 
 def leaving(ray, object, inwards):
-    return Departure(jnp.full(ray.origin.shape, object, jnp.int32), jnp.broadcast_to(jnp.asarray(inwards), ray.origin.shape))
+    return Departure(
+        jnp.full(ray.origin.shape, object, jnp.int32), jnp.broadcast_to(jnp.asarray(inwards), ray.origin.shape)
+    )
 
 
 @jax.jit
@@ -122,7 +138,9 @@ def test_tiny_sphere_far_away(dtype):
     across = aside[:4] / radius
     height = np.sqrt(1 - across**2)
     eps = float(jnp.finfo(dtype).eps)
-    np.testing.assert_allclose(hit.normal.stacked()[:4], np.stack([across, 0 * across, height], axis=1), atol=2000 * eps)
+    np.testing.assert_allclose(
+        hit.normal.stacked()[:4], np.stack([across, 0 * across, height], axis=1), atol=2000 * eps
+    )
     np.testing.assert_allclose(distance[:4], far - radius * height, rtol=2 * eps)
     np.testing.assert_allclose(hit.point.x[:4], aside[:4], atol=1e-3 * radius)
 
@@ -164,7 +182,7 @@ def test_no_ray_meets_the_surface_it_leaves(dtype, scale):
 def test_no_ray_meets_the_plane_or_polygon_it_leaves():
     shapes = Shapes(planes=planes((0, 1, 0, -1)), polygons=polygons([(-1, 0, -1), (0, 0, 1), (1, 0, -1)]))
     below = rays([(0.3, -1 + 1e-17, 0.2), (0.0, 1e-17, 0.0)], (0.1, -1, 0.1))
-    on_plane, on_polygon = (jax.tree.map(lambda a: a[i : i + 1], below) for i in range(2))
+    on_plane, on_polygon = (jax.tree.map(lambda a: a[i : i + 1], below) for i in range(2))  # noqa: B023
     assert first_hit(shapes, on_plane, leaving(on_plane, 0, True))[1].object.tolist() == [NOTHING]
     assert first_hit(shapes, on_polygon, leaving(on_polygon, 1, False))[1].object.tolist() == [0]
 
@@ -194,7 +212,9 @@ def test_concave_polygon(turn):
     assert 100 < expected.sum() < 300
     assert (hit.object >= 0).tolist() == expected.tolist() and hit.entering.tolist() == expected.tolist()
     np.testing.assert_allclose(distance[expected], 2.5)
-    np.testing.assert_allclose(hit.normal.stacked()[expected], np.broadcast_to(placed(0.0, 0.0, 1.0), (expected.sum(), 3)))
+    np.testing.assert_allclose(
+        hit.normal.stacked()[expected], np.broadcast_to(placed(0.0, 0.0, 1.0), (expected.sum(), 3))
+    )
 
 
 def test_polygon_from_behind_and_edge_on():
@@ -211,8 +231,15 @@ def test_polygon_padded_by_its_last_vertex():
     triangle = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
     random = np.random.default_rng(2).uniform(-0.5, 1.5, size=(200, 2))
     ray = rays(np.column_stack([random, np.ones(200)]), (0, 0, -1))
-    short, long = (first_hit(Shapes(polygons=polygons(p)), ray, in_free_space(ray))[1] for p in (triangle, triangle + triangle[-1:] * 2))
-    assert short.object.tolist() == long.object.tolist() == np.where((random > 0).all(1) & (random.sum(1) < 1), 0, NOTHING).tolist()
+    short, long = (
+        first_hit(Shapes(polygons=polygons(p)), ray, in_free_space(ray))[1]
+        for p in (triangle, triangle + triangle[-1:] * 2)
+    )
+    assert (
+        short.object.tolist()
+        == long.object.tolist()
+        == np.where((random > 0).all(1) & (random.sum(1) < 1), 0, NOTHING).tolist()
+    )
     assert short.normal.stacked().tolist() == long.normal.stacked().tolist()
 
 
@@ -257,7 +284,13 @@ def test_crossings_are_counted_up_to_the_limit_for_chosen_objects():
     limit = jnp.asarray([0.5, 2.0, 4.0, 6.0, jnp.inf])
     assert crossing_count(shapes, ray, in_free_space(ray), limit, (True, True, True)).tolist() == [0, 1, 2, 3, 5]
     assert crossing_count(shapes, ray, in_free_space(ray), limit, (False, True, False)).tolist() == [0, 0, 0, 1, 2]
-    assert blocked(shapes, ray, in_free_space(ray), limit, (False, True, False)).tolist() == [False, False, False, True, True]
+    assert blocked(shapes, ray, in_free_space(ray), limit, (False, True, False)).tolist() == [
+        False,
+        False,
+        False,
+        True,
+        True,
+    ]
 
 
 def test_the_solid_around_a_point():
@@ -276,15 +309,20 @@ def test_the_solid_around_a_point():
 def distances(parameters):
     """Hit distances on a sphere (from outside and inside), a plane and a triangle, as a function of everything."""
     shapes = Shapes(
-        Spheres(vec3(parameters["centre"]), parameters["radius"]), Planes(vec3(parameters["normal"]), parameters["offset"]),
-        Polygons(vec3(parameters["vertices"])))
+        Spheres(vec3(parameters["centre"]), parameters["radius"]),
+        Planes(vec3(parameters["normal"]), parameters["offset"]),
+        Polygons(vec3(parameters["vertices"])),
+    )
     ray = Ray(vec3(parameters["origin"]), vec3(parameters["direction"]))
     hit = surface_at(shapes, ray, jnp.asarray([0, 0, 1, 2, NOTHING]), jnp.asarray([True, False, True, True, False]))
     return hit.distance, hit.point.stacked(), hit.normal.stacked()
 
 
 PARAMETERS = {
-    "centre": np.array([[0.1, 0.2, -3.0]]), "radius": np.array([0.8]), "normal": np.array([[0.0, 0.6, 0.8]]), "offset": np.array([-4.0]),
+    "centre": np.array([[0.1, 0.2, -3.0]]),
+    "radius": np.array([0.8]),
+    "normal": np.array([[0.0, 0.6, 0.8]]),
+    "offset": np.array([-4.0]),
     "vertices": np.array([[(-1.0, -1.0, -2.0), (1.5, -1.0, -2.5), (0.0, 1.2, -2.2)]]),
     "origin": np.array([(0.2, 0.1, 0.3), (0.1, 0.3, -2.9), (0.0, 0.4, 0.0), (0.1, 0.1, 0.2), (9.0, 9.0, 9.0)]),
     "direction": np.array([(0.0, 0.0, -1.0), (0.6, 0.0, -0.8), (0.0, -0.6, -0.8), (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)]),
@@ -325,6 +363,7 @@ def test_a_miss_has_no_derivative():
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
 def test_derivatives_on_a_silhouette_and_along_a_plane_are_finite(mode):
     """Tangent to the sphere and parallel to the plane, where the derivative has no limit."""
+
     def distance(origin):
         shapes = Shapes(spheres((0, 0, 0, 1)), planes((0, 1, 0, 0)))
         ray = Ray(vec3(jnp.stack([origin, origin])), vec3(jnp.asarray([[1.0, 0.0, 0.0]] * 2)))
@@ -335,7 +374,9 @@ def test_derivatives_on_a_silhouette_and_along_a_plane_are_finite(mode):
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-@pytest.mark.parametrize("corners", [((-1, -1), (1, -1), (1, 1), (-1, 1)), ((-0.9, -1.03), (1.01, -0.87), (0.93, 1.07), (-1.1, 0.77))])
+@pytest.mark.parametrize(
+    "corners", [((-1, -1), (1, -1), (1, 1), (-1, 1)), ((-0.9, -1.03), (1.01, -0.87), (0.93, 1.07), (-1.1, 0.77))]
+)
 def test_two_triangles_leave_no_gap_along_the_side_they_share(precision, corners):
     """A pixel on the diagonal belongs to one of them, whichever way each runs along it."""
     a, b, c, d = ((*corner, 0.0) for corner in corners)
@@ -343,7 +384,9 @@ def test_two_triangles_leave_no_gap_along_the_side_they_share(precision, corners
     paint = {"m": dw.Material(k_a=1.0)}
 
     def seen(*objects):
-        return np.asarray(dw.render(dw.Scene(objects=objects, materials=paint, precision=precision), camera)[..., 0]) > 0.5
+        return (
+            np.asarray(dw.render(dw.Scene(objects=objects, materials=paint, precision=precision), camera)[..., 0]) > 0.5
+        )
 
     whole = seen(dw.Polygon("whole", (a, b, c, d), "m"))
     halves = seen(dw.Polygon("one", (a, b, c), "m"), dw.Polygon("other", (a, c, d), "m"))

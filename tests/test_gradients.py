@@ -22,32 +22,66 @@ WIDTH, HEIGHT = 16, 12
 def glass_over_tiles():
     """Coloured glass and a mirror over a checkerboard; hard shadows, reflected highlights, a gradient behind."""
     return dw.Scene(
-        objects=[dw.Sphere("ball", (-0.3, 0, 0), 1, "glass"), dw.Sphere("hidden", (0, 0, 9), 0.5, "hidden"), dw.Plane("floor", (0, 1, 0), -1, "floor")],
+        objects=[
+            dw.Sphere("ball", (-0.3, 0, 0), 1, "glass"),
+            dw.Sphere("hidden", (0, 0, 9), 0.5, "hidden"),
+            dw.Plane("floor", (0, 1, 0), -1, "floor"),
+        ],
         materials={
-            "glass": dw.Material(k_a=0.05, k_d=(0.1, 0.12, 0.2), k_h=(0.3, 0.2, 0.4), k_s=(0.15, 0.2, 0.25), k_t=(0.7, 0.6, 0.65), phong_exponent=20,
-                                 refractive_index=1.4, highlight="reflected"),
-            "floor": dw.Material(k_a=(0.1, 0.2, 0.3), k_d=0.6, k_h=0.2, k_s=0.3, phong_exponent=5, k_d_texture="tiles", k_a_texture="tiles"),
+            "glass": dw.Material(
+                k_a=0.05,
+                k_d=(0.1, 0.12, 0.2),
+                k_h=(0.3, 0.2, 0.4),
+                k_s=(0.15, 0.2, 0.25),
+                k_t=(0.7, 0.6, 0.65),
+                phong_exponent=20,
+                refractive_index=1.4,
+                highlight="reflected",
+            ),
+            "floor": dw.Material(
+                k_a=(0.1, 0.2, 0.3),
+                k_d=0.6,
+                k_h=0.2,
+                k_s=0.3,
+                phong_exponent=5,
+                k_d_texture="tiles",
+                k_a_texture="tiles",
+            ),
             "hidden": dw.Material(k_d=0.5, k_s=0.5, highlight="off"),
             "spare": dw.Material(k_d=0.5),
         },
-        textures={"tiles": dw.Checker(((0.9, 0.1, 0.1), (1, 1, 1)), 1.3, "xz")}, lights=[dw.PointLight((3, 5, 4), (0.9, 0.8, 0.7))],
-        cameras={"main": dw.Camera((0, 0.6, 5), (0, 0, 0), 40, WIDTH, HEIGHT)}, background=dw.GradientBackground((0.5, 0.5, 0.4), (0.2, 0.4, 0.9)),
-        max_depth=4, precision="float64")
+        textures={"tiles": dw.Checker(((0.9, 0.1, 0.1), (1, 1, 1)), 1.3, "xz")},
+        lights=[dw.PointLight((3, 5, 4), (0.9, 0.8, 0.7))],
+        cameras={"main": dw.Camera((0, 0.6, 5), (0, 0, 0), 40, WIDTH, HEIGHT)},
+        background=dw.GradientBackground((0.5, 0.5, 0.4), (0.2, 0.4, 0.9)),
+        max_depth=4,
+        precision="float64",
+    )
 
 
 def glass_in_water():
     """A ball of glass in a ball of water behind a sheet of mirror; k_h follows k_s; tinted shadows of a light that fades."""
     return dw.Scene(
-        objects=[dw.Sphere("drop", (0, 0, 0), 1.2, "water"), dw.Sphere("ball", (0.2, 0.1, 0.1), 0.6, "glass"),
-                 dw.Polygon("sheet", [(1, -2, -2), (4, -2, 0), (4, 2, 0), (1, 2, -2)], "sheet")],
+        objects=[
+            dw.Sphere("drop", (0, 0, 0), 1.2, "water"),
+            dw.Sphere("ball", (0.2, 0.1, 0.1), 0.6, "glass"),
+            dw.Polygon("sheet", [(1, -2, -2), (4, -2, 0), (4, 2, 0), (1, 2, -2)], "sheet"),
+        ],
         materials={
             "water": dw.Material(k_d=0.1, k_s=(0.2, 0.1, 0.1), k_t=0.8, phong_exponent=30, refractive_index=1.33),
-            "glass": dw.Material(k_a=0.1, k_d=(0.2, 0.1, 0.3), k_s=0.1, k_t=(0.7, 0.8, 0.6), phong_exponent=8, refractive_index=1.6),
+            "glass": dw.Material(
+                k_a=0.1, k_d=(0.2, 0.1, 0.3), k_s=0.1, k_t=(0.7, 0.8, 0.6), phong_exponent=8, refractive_index=1.6
+            ),
             "sheet": dw.Material(k_d=0.3, k_h=0.5, k_s=0.6, phong_exponent=50, highlight="off"),
         },
         lights=[dw.PointLight((-3, 4, 5), (1, 1, 1), attenuation=(0.2, 0.1, 0.02))],
-        cameras={"main": dw.Camera((-0.5, 0.4, 6), (0.3, 0, 0), 35, WIDTH, HEIGHT)}, background=dw.ConstantBackground((0.3, 0.5, 0.8)),
-        max_depth=4, total_internal_reflection="whitted", shadows="tinted", precision="float64")
+        cameras={"main": dw.Camera((-0.5, 0.4, 6), (0.3, 0, 0), 35, WIDTH, HEIGHT)},
+        background=dw.ConstantBackground((0.3, 0.5, 0.8)),
+        max_depth=4,
+        total_internal_reflection="whitted",
+        shadows="tinted",
+        precision="float64",
+    )
 
 
 SCENES = {"glass over tiles": glass_over_tiles, "glass in water": glass_in_water}
@@ -61,11 +95,13 @@ TOLERANCE = {"phong_exponent": 1e-7, "refractive_index": 1e-4}
 
 MUST_BE_ZERO = {
     "glass over tiles": {
-        "spare.*": "no object is made of it", "hidden.*": "it stands behind the camera and no ray comes by",
+        "spare.*": "no object is made of it",
+        "hidden.*": "it stands behind the camera and no ray comes by",
         "floor.refractive_index": "no light passes through the floor",
     },
     "glass in water": {
-        "sheet.k_h": "the highlight is off", "sheet.phong_exponent": "the highlight is off",
+        "sheet.k_h": "the highlight is off",
+        "sheet.phong_exponent": "the highlight is off",
         "sheet.refractive_index": "no light passes through the sheet",
     },
 }
@@ -97,8 +133,12 @@ class Derivatives:
         self.values = values
         self.weights = np.random.default_rng(8).normal(size=(HEIGHT, WIDTH, 3))
         self._still = jax.tree.map(jnp.zeros_like, values)
-        self._forward = jax.jit(lambda values, tangents: jax.jvp(image, (values,), (tangents,)), compiler_options=SOON_COMPILED)
-        self._reverse = jax.jit(lambda values, weights: jax.vjp(image, values)[1](weights)[0], compiler_options=SOON_COMPILED)
+        self._forward = jax.jit(
+            lambda values, tangents: jax.jvp(image, (values,), (tangents,)), compiler_options=SOON_COMPILED
+        )
+        self._reverse = jax.jit(
+            lambda values, weights: jax.vjp(image, values)[1](weights)[0], compiler_options=SOON_COMPILED
+        )
 
     def forward(self, name, tangent):
         return np.asarray(self._forward(self.values, self._still | {name: jnp.asarray(tangent)})[1])
@@ -108,7 +148,10 @@ class Derivatives:
         return self._reverse(self.values, self.weights)
 
     def central(self, name, tangent, step):
-        plus, minus = (self._forward(self.values | {name: self.values[name] + sign * step * tangent}, self._still)[0] for sign in (1, -1))
+        plus, minus = (
+            self._forward(self.values | {name: self.values[name] + sign * step * tangent}, self._still)[0]
+            for sign in (1, -1)
+        )
         return np.asarray(plus - minus) / (2 * step)
 
 
@@ -160,7 +203,9 @@ def test_coefficient_of_a_material(scene, name):
     np.testing.assert_allclose(forward[smooth], central[smooth], atol=TOLERANCE.get(row.name, 1e-8) * size, rtol=0)
 
 
-@pytest.mark.parametrize("scene, name", [(s, n) for s, n in NAMES if n.split(".")[1] in {r.name for r in dw.COEFFICIENTS if r.coloured}])
+@pytest.mark.parametrize(
+    "scene, name", [(s, n) for s, n in NAMES if n.split(".")[1] in {r.name for r in dw.COEFFICIENTS if r.coloured}]
+)
 def test_a_channel_of_a_coefficient_changes_that_channel_only(scene, name):
     forward = derivatives(scene).forward(name, np.array([0.0, 1.0, 0.0]))
     assert (forward[..., [0, 2]] == 0).all()
@@ -173,9 +218,13 @@ def test_a_channel_of_a_coefficient_changes_that_channel_only(scene, name):
 def mirror_floor(**coefficients):
     """A floor that sends nothing back but what k_s and k_t let in: the sky above, the sky below."""
     return dw.Scene(
-        objects=[dw.Plane("floor", (0, 1, 0), -1, "floor")], materials={"floor": dw.Material(**({"k_s": 0.0, "k_t": 0.0, "k_h": 0.0} | coefficients))},
-        lights=[dw.PointLight((0, 4, 0), (1, 1, 1))], cameras={"main": dw.Camera((0, 0, 0), (0, -2, -1), 40, WIDTH, HEIGHT)},
-        background=dw.GradientBackground((0.9, 0.5, 0.1), (0.1, 0.3, 0.8)), precision="float64")
+        objects=[dw.Plane("floor", (0, 1, 0), -1, "floor")],
+        materials={"floor": dw.Material(**({"k_s": 0.0, "k_t": 0.0, "k_h": 0.0} | coefficients))},
+        lights=[dw.PointLight((0, 4, 0), (1, 1, 1))],
+        cameras={"main": dw.Camera((0, 0, 0), (0, -2, -1), 40, WIDTH, HEIGHT)},
+        background=dw.GradientBackground((0.9, 0.5, 0.1), (0.1, 0.3, 0.8)),
+        precision="float64",
+    )
 
 
 def sky_seen(scene, mirrored):
@@ -185,7 +234,9 @@ def sky_seen(scene, mirrored):
     assert (ray.direction.y < 0).all()
     height = 0.5 * (1 + np.asarray(ray.direction.y) * (-1 if mirrored else 1))[:, None]
     background = scene.background
-    return ((1 - height) * np.asarray(background.bottom) + height * np.asarray(background.top)).reshape(HEIGHT, WIDTH, 3)
+    return ((1 - height) * np.asarray(background.bottom) + height * np.asarray(background.top)).reshape(
+        HEIGHT, WIDTH, 3
+    )
 
 
 def test_derivative_at_exactly_zero():
@@ -218,19 +269,30 @@ def lens():
     """One ball of glass that fills the picture: nothing in it has an edge, however it moves."""
     return dw.Scene(
         objects=[dw.Sphere("ball", (0.1, -0.1, 0), 1, "glass")],
-        materials={"glass": dw.Material(k_a=0.1, k_d=0.4, k_h=0.5, k_s=0.3, k_t=0.6, phong_exponent=12, refractive_index=1.4)},
+        materials={
+            "glass": dw.Material(k_a=0.1, k_d=0.4, k_h=0.5, k_s=0.3, k_t=0.6, phong_exponent=12, refractive_index=1.4)
+        },
         lights=[dw.PointLight((2, 3, 8), (0.9, 0.8, 0.7), attenuation=(0.5, 0.05, 0.01))],
-        cameras={"main": dw.Camera((0, 0.2, 6), (0, 0, 0), 9, WIDTH, HEIGHT)}, background=dw.GradientBackground((0.9, 0.5, 0.1), (0.1, 0.3, 0.8)),
-        max_depth=4, precision="float64")
+        cameras={"main": dw.Camera((0, 0.2, 6), (0, 0, 0), 9, WIDTH, HEIGHT)},
+        background=dw.GradientBackground((0.9, 0.5, 0.1), (0.1, 0.3, 0.8)),
+        max_depth=4,
+        precision="float64",
+    )
 
 
 PARTS = {
-    "centre": lambda s: s.objects[0].centre, "radius": lambda s: s.objects[0].radius,
+    "centre": lambda s: s.objects[0].centre,
+    "radius": lambda s: s.objects[0].radius,
     "refractive_index": lambda s: s.materials["glass"].refractive_index,
-    "light position": lambda s: s.lights[0].position, "light colour": lambda s: s.lights[0].colour, "attenuation": lambda s: s.lights[0].attenuation,
-    "background": lambda s: s.background.top, "ambient": lambda s: s.ambient,
-    "look_from": lambda s: s.cameras["main"].look_from, "look_at": lambda s: s.cameras["main"].look_at,
-    "up": lambda s: s.cameras["main"].up, "vfov_deg": lambda s: s.cameras["main"].vfov_deg,
+    "light position": lambda s: s.lights[0].position,
+    "light colour": lambda s: s.lights[0].colour,
+    "attenuation": lambda s: s.lights[0].attenuation,
+    "background": lambda s: s.background.top,
+    "ambient": lambda s: s.ambient,
+    "look_from": lambda s: s.cameras["main"].look_from,
+    "look_at": lambda s: s.cameras["main"].look_at,
+    "up": lambda s: s.cameras["main"].up,
+    "vfov_deg": lambda s: s.cameras["main"].vfov_deg,
 }
 
 
@@ -265,8 +327,12 @@ def ball_and_floor():
     return dw.Scene(
         objects=[dw.Sphere("ball", (0, 0, 0), 1, "paint"), dw.Plane("floor", (0, 1, 0), -1, "floor")],
         materials={"paint": dw.Material(k_d=0.5, k_h=0.3, k_s=0.2, phong_exponent=9), "floor": dw.Material(k_d=0.7)},
-        lights=[dw.PointLight((2, 4, 3), 1.0)], cameras={"main": dw.Camera((0, 0.5, 5), (0, 0, 0), 40, WIDTH, HEIGHT)},
-        background=dw.ConstantBackground((0.2, 0.3, 0.4)), max_depth=2, precision="float64")
+        lights=[dw.PointLight((2, 4, 3), 1.0)],
+        cameras={"main": dw.Camera((0, 0.5, 5), (0, 0, 0), 40, WIDTH, HEIGHT)},
+        background=dw.ConstantBackground((0.2, 0.3, 0.4)),
+        max_depth=2,
+        precision="float64",
+    )
 
 
 def with_k_s(scene, value):
@@ -281,11 +347,15 @@ def with_camera_at(scene, position):
     return scene, eqx.tree_at(lambda c: c.look_from, scene.cameras["main"], position)
 
 
-@pytest.mark.parametrize("changed, values", [
-    (with_k_s, np.array([0.0, 0.2, 0.9])),
-    (with_light_at, np.array([(2.0, 4.0, 3.0), (-3.0, 2.0, 1.0)])),
-    (with_camera_at, np.array([(0.0, 0.5, 5.0), (3.0, 2.0, 3.0)])),
-], ids=["material", "light", "camera"])
+@pytest.mark.parametrize(
+    "changed, values",
+    [
+        (with_k_s, np.array([0.0, 0.2, 0.9])),
+        (with_light_at, np.array([(2.0, 4.0, 3.0), (-3.0, 2.0, 1.0)])),
+        (with_camera_at, np.array([(0.0, 0.5, 5.0), (3.0, 2.0, 3.0)])),
+    ],
+    ids=["material", "light", "camera"],
+)
 def test_vmap_equals_a_loop(changed, values):
     scene = ball_and_floor()
     plan = make_plan(scene, scene.cameras["main"])

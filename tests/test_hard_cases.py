@@ -1,6 +1,5 @@
 """The hard cases of a ray tracer, each with the value that algebra gives for it."""
 
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -27,7 +26,14 @@ def sky(height):
 def of(objects, lights=(), background=SKY, precision="float64", **settings):
     """A scene in which every object brings its material along."""
     materials = {thing.name: material for thing, material in objects}
-    return dw.Scene(objects=[thing for thing, _ in objects], materials=materials, lights=lights, background=background, precision=precision, **settings)
+    return dw.Scene(
+        objects=[thing for thing, _ in objects],
+        materials=materials,
+        lights=lights,
+        background=background,
+        precision=precision,
+        **settings,
+    )
 
 
 def ball(name, centre, radius, **material):
@@ -88,9 +94,17 @@ AWAY = (0.0, 0.0, 1e3)
 
 def balls_over_tiles(small=(AWAY, 1.0), large=(AWAY, 1.0)):
     """Two clear balls, each with its place and index, over a lit checkerboard."""
-    scene = of([ground("ground", -1, k_d=0.8, k_d_texture="tiles"), ball("small", small[0], 0.5, k_t=1.0, refractive_index=small[1]),
-                ball("large", large[0], 0.9, k_t=1.0, refractive_index=large[1])], lights=[dw.PointLight((3, 5, 4), 1.0)],
-               textures={"tiles": dw.Checker(((0.1, 0.2, 0.3), (1, 0.8, 0.6)), 0.7, "xz")}, shadows="tinted", max_depth=6)
+    scene = of(
+        [
+            ground("ground", -1, k_d=0.8, k_d_texture="tiles"),
+            ball("small", small[0], 0.5, k_t=1.0, refractive_index=small[1]),
+            ball("large", large[0], 0.9, k_t=1.0, refractive_index=large[1]),
+        ],
+        lights=[dw.PointLight((3, 5, 4), 1.0)],
+        textures={"tiles": dw.Checker(((0.1, 0.2, 0.3), (1, 0.8, 0.6)), 0.7, "xz")},
+        shadows="tinted",
+        max_depth=6,
+    )
     camera = camera_of(scene, (0, 0.5, 4), (0, -0.12, -1), 50, 16, 12)
     return np.asarray(dw.render(scene, camera, plan=make_plan(scene, camera, free=("small.refractive_index",))))
 
@@ -131,7 +145,12 @@ def test_glass_in_water_in_air():
         inside = -np.sqrt(1 - (np.sin(angle) / 1.7) ** 2)
         np.testing.assert_allclose(seen(scene, (0, 1, 0), downwards(angle)), 0.72 * sky(inside), atol=1e-12)
 
-    scene = of([ball("drop", (0, 0, 0), 1, k_t=0.9, refractive_index=1.33), ball("bead", (0, 0, 0), 0.5, k_t=0.8, refractive_index=1.7)])
+    scene = of(
+        [
+            ball("drop", (0, 0, 0), 1, k_t=0.9, refractive_index=1.33),
+            ball("bead", (0, 0, 0), 0.5, k_t=0.8, refractive_index=1.7),
+        ]
+    )
     b = 0.4
     # n r sin is the same everywhere on the ray, here the distance b at which it passes the centre outside.
     deviation = 2 * (np.arcsin(b) - np.arcsin(b / 1.33) + np.arcsin(b / (1.33 * 0.5)) - np.arcsin(b / (1.7 * 0.5)))
@@ -153,19 +172,31 @@ def value_and_derivative_in_the_light(scene, camera):
     return jax.jvp(image, (scene.lights[0].position,), (jnp.ones(3),))
 
 
-@pytest.mark.parametrize("position", [(0, 0, 0), (0, -2, 0), (5, 0, 0), (5, -1e-9, 0)], ids=["at the point", "behind", "in the plane", "just behind"])
+@pytest.mark.parametrize(
+    "position",
+    [(0, 0, 0), (0, -2, 0), (5, 0, 0), (5, -1e-9, 0)],
+    ids=["at the point", "behind", "in the plane", "just behind"],
+)
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 50.0])
 def test_light_at_or_behind_the_surface(position, exponent):
     """Only ambient light is left, also where the highlight's exponent is 0; and its derivatives are finite."""
-    scene = of([ground("ground", 0, k_a=0.1, k_d=0.5, k_h=0.6, phong_exponent=exponent)], lights=lit(position, attenuation=(0.0, 1.0, 0.0)), shadows="off")
+    scene = of(
+        [ground("ground", 0, k_a=0.1, k_d=0.5, k_h=0.6, phong_exponent=exponent)],
+        lights=lit(position, attenuation=(0.0, 1.0, 0.0)),
+        shadows="off",
+    )
     value, slope = value_and_derivative_in_the_light(scene, camera_of(scene, (0, 1, 0), (0, -1, 0)))
     np.testing.assert_allclose(value[0, 0], 0.1, atol=1e-12)
     assert np.isfinite(slope).all()
 
 
 def glass_ball_over_ground(light, shadows, k_t):
-    return of([ball("glass", (0, 0, 0), 1, k_d=0.2, k_t=k_t, refractive_index=1.5), ground("ground", -2, k_d=0.5)], lights=lit(light),
-              background=GREY, shadows=shadows)
+    return of(
+        [ball("glass", (0, 0, 0), 1, k_d=0.2, k_t=k_t, refractive_index=1.5), ground("ground", -2, k_d=0.5)],
+        lights=lit(light),
+        background=GREY,
+        shadows=shadows,
+    )
 
 
 @pytest.mark.parametrize("shadows, below, crossing", [("opaque", 0, 0), ("tinted", 1, 1), ("off", 1, 0)])
@@ -176,8 +207,12 @@ def test_glass_between_ground_and_light(shadows, below, crossing):
     # The far side of the ball, lit from within and seen through the near side, and the background through both.
     np.testing.assert_allclose(seen(inside, (0, 0, 4), (0, 0, -1)), k_t * 0.2 * light + k_t**2, atol=1e-12)
     # The ground at (4, -2, 0), where N.L = 2 / sqrt(20), and straight below.
-    np.testing.assert_allclose(seen(inside, (4, -1, 0), (0, -1, 0)), below * k_t**crossing * 0.5 * light * 2 / np.sqrt(20), atol=1e-12)
-    np.testing.assert_allclose(seen(above, (-2, -1.5, 0), (2, -0.5, 0)), below * k_t ** (2 * crossing) * 0.5 * light, atol=1e-12)
+    np.testing.assert_allclose(
+        seen(inside, (4, -1, 0), (0, -1, 0)), below * k_t**crossing * 0.5 * light * 2 / np.sqrt(20), atol=1e-12
+    )
+    np.testing.assert_allclose(
+        seen(above, (-2, -1.5, 0), (2, -0.5, 0)), below * k_t ** (2 * crossing) * 0.5 * light, atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
@@ -186,10 +221,16 @@ def test_highlight_exponents(model, precision):
     """Exponents 0, 1 and a million, a thousandth of a radian off the peak: 1, cos(angle) and exp(10**6 log cos(angle))."""
     aside = 1e-3 if model == "halfway" else 5e-4
     for exponent in (0.0, 1.0, 1e6):
-        scene = of([(dw.Plane("wall", (0, 0, 1), 0, "wall"), dw.Material(k_h=0.6, phong_exponent=exponent, highlight=model))],
-                   lights=[dw.DirectionalLight((np.sin(2 * aside), 0, np.cos(2 * aside)), 0.5)], shadows="off", precision=precision)
+        scene = of(
+            [(dw.Plane("wall", (0, 0, 1), 0, "wall"), dw.Material(k_h=0.6, phong_exponent=exponent, highlight=model))],
+            lights=[dw.DirectionalLight((np.sin(2 * aside), 0, np.cos(2 * aside)), 0.5)],
+            shadows="off",
+            precision=precision,
+        )
         expected = 0.3 * np.exp(exponent * np.log1p(-2 * np.sin(5e-4) ** 2))
-        np.testing.assert_allclose(seen(scene, (0, 0, 3), (0, 0, -1)), expected, rtol=1e-11 if precision == "float64" else 1e-3)
+        np.testing.assert_allclose(
+            seen(scene, (0, 0, 3), (0, 0, -1)), expected, rtol=1e-11 if precision == "float64" else 1e-3
+        )
 
 
 @jax.jit
@@ -200,7 +241,10 @@ def highlights_at_a_right_angle(along, exponent):
     eye_in_surface = Vec3(zero, zero, 1 + zero)
     lights = Vec3(along, zero, jnp.sqrt(1 - along**2)), -eye_in_surface
     at_eye = before_the_surface(normal, to_eye) * lobe(reflected_apart(normal, to_eye, -to_eye), exponent)
-    in_surface = [before_the_surface(normal, light) * lobe(halfway_apart(normal, light, -eye_in_surface), exponent) for light in lights]
+    in_surface = [
+        before_the_surface(normal, light) * lobe(halfway_apart(normal, light, -eye_in_surface), exponent)
+        for light in lights
+    ]
     return jnp.stack([at_eye, *in_surface])
 
 
@@ -234,8 +278,12 @@ def test_tiny_sphere_far_away():
 
 def test_hall_of_mirrors():
     """Between two mirrors that glow with 0.1: the geometric series, and its derivative in k_s. Under `jit` without a plan."""
+
     def glow(k_s):
-        scene = of([ground("floor", -1, k_a=0.1, k_s=0.5), ground("ceiling", 1, normal=(0, 1, 0), k_a=0.1, k_s=0.5)], max_depth=12)
+        scene = of(
+            [ground("floor", -1, k_a=0.1, k_s=0.5), ground("ceiling", 1, normal=(0, 1, 0), k_a=0.1, k_s=0.5)],
+            max_depth=12,
+        )
         for name in ("floor.k_s", "ceiling.k_s"):
             scene = dw.replace_coefficient(scene, name, k_s)
         return dw.render(scene, camera_of(scene, (0, 0, 0), (0.6, -0.8, 0)))[0, 0]
@@ -255,8 +303,15 @@ def test_touching_spheres_in_a_furnace(shift):
     The rays go into the gap of balls of glass and metal that touch, and at the point of touch itself; what is cut off
     at depth 12 is less than 0.4 ** 12.
     """
-    scene = of([ball("glass", (-0.7, 0, 0), 0.7, k_a=0.6, k_s=0.1, k_t=0.3, refractive_index=1.3), ball("metal", (0.5, 0, 0), 0.5, k_a=0.6, k_s=0.4),
-                ground("ground", -0.7, k_a=0.6, k_s=0.4)], background=GREY, max_depth=12)
+    scene = of(
+        [
+            ball("glass", (-0.7, 0, 0), 0.7, k_a=0.6, k_s=0.1, k_t=0.3, refractive_index=1.3),
+            ball("metal", (0.5, 0, 0), 0.5, k_a=0.6, k_s=0.4),
+            ground("ground", -0.7, k_a=0.6, k_s=0.4),
+        ],
+        background=GREY,
+        max_depth=12,
+    )
     camera = camera_of(scene, (*shift, 6), (0, 0, -1), 30, 15, 15)
     image = dw.render(scene, camera, plan=make_plan(scene, camera, capacity=30 * 15 * 15))
     assert (np.asarray(image) <= 1 + 1e-12).all() and (np.asarray(image) >= 1 - 0.4**12).all()
@@ -266,12 +321,27 @@ def test_touching_spheres_in_a_furnace(shift):
 @pytest.mark.parametrize("scale", [1e-3, 1e4])
 def test_a_scaled_scene_is_the_same_picture(scale, precision):
     """Every length in metres times the scale: no offset and no limit in the renderer has a length of its own."""
+
     def picture(scale):
-        scene = of([ball("glass", (0, 0, 0), 1 * scale, k_d=0.1, k_h=0.3, k_s=0.2, k_t=0.7, refractive_index=1.5),
-                    ball("metal", np.array([1.2, -0.5, -1]) * scale, 0.5 * scale, k_d=0.1, k_s=0.8), ground("ground", -1 * scale, k_d=0.8, k_d_texture="tiles"),
-                    (dw.Polygon("sheet", np.array([(-3, -1, -2), (-1, -1, -3), (-2, 2, -2.5)]) * scale, "sheet"), dw.Material(k_d=0.5))],
-                   lights=lit(np.array([3, 5, 4]) * scale), textures={"tiles": dw.Checker(((0.2, 0.2, 0.2), (1, 1, 1)), 0.8 * scale, "xz")}, precision=precision)
-        return np.asarray(dw.render(scene, camera_of(scene, np.array([0, 0.6, 5]) * scale, np.array([0, -0.1, -1]) * scale, 45, 16, 12)))
+        scene = of(
+            [
+                ball("glass", (0, 0, 0), 1 * scale, k_d=0.1, k_h=0.3, k_s=0.2, k_t=0.7, refractive_index=1.5),
+                ball("metal", np.array([1.2, -0.5, -1]) * scale, 0.5 * scale, k_d=0.1, k_s=0.8),
+                ground("ground", -1 * scale, k_d=0.8, k_d_texture="tiles"),
+                (
+                    dw.Polygon("sheet", np.array([(-3, -1, -2), (-1, -1, -3), (-2, 2, -2.5)]) * scale, "sheet"),
+                    dw.Material(k_d=0.5),
+                ),
+            ],
+            lights=lit(np.array([3, 5, 4]) * scale),
+            textures={"tiles": dw.Checker(((0.2, 0.2, 0.2), (1, 1, 1)), 0.8 * scale, "xz")},
+            precision=precision,
+        )
+        return np.asarray(
+            dw.render(
+                scene, camera_of(scene, np.array([0, 0.6, 5]) * scale, np.array([0, -0.1, -1]) * scale, 45, 16, 12)
+            )
+        )
 
     same = np.abs(picture(scale) - picture(1.0)).max(axis=-1) < (1e-8 if precision == "float64" else 1e-3)
     # In float32 the rounding of a few rays falls on the other side of an edge.
@@ -318,8 +388,10 @@ def test_an_empty_scene_is_its_background():
 
 def test_samples_are_the_mean_of_shifted_pictures():
     """Nine rays a pixel: the mean over 3 x 3 pixels of a picture three times as fine."""
-    scene = of([ball("metal", (0, 0, 0), 1, k_a=0.2, k_s=0.5), ground("ground", -1, k_a=1.0, k_a_texture="tiles")],
-               textures={"tiles": dw.Checker(((0.2, 0.2, 0.2), (1, 1, 1)), 0.8, "xz")})
+    scene = of(
+        [ball("metal", (0, 0, 0), 1, k_a=0.2, k_s=0.5), ground("ground", -1, k_a=1.0, k_a_texture="tiles")],
+        textures={"tiles": dw.Checker(((0.2, 0.2, 0.2), (1, 1, 1)), 0.8, "xz")},
+    )
     camera = camera_of(scene, (0, 0.6, 5), (0, -0.1, -1), 45, 16, 12)
     finer = np.asarray(dw.render(scene, camera.resized(width=48, height=36)))
     expected = finer.reshape(12, 3, 16, 3, 3).mean(axis=(1, 3))

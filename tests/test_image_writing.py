@@ -123,7 +123,12 @@ def test_folders(tmp_path):
 
 def test_a_place_is_checked_before_there_are_pixels(tmp_path):
     assert (check_writable(tmp_path / "a.png", exposure=1.0).bits, check_writable(tmp_path / "a.exr").bits) == (16, 0)
-    for name, options in (("a.bmp", {}), ("none/a.png", {}), ("a.exr", {"exposure": 1.0}), ("a.png", {"exposure": 99.0})):
+    for name, options in (
+        ("a.bmp", {}),
+        ("none/a.png", {}),
+        ("a.exr", {"exposure": 1.0}),
+        ("a.png", {"exposure": 99.0}),
+    ):
         before = refusal(check_writable, tmp_path / name, **options)
         assert before == refusal(write_image, tmp_path / name, scene_light(), **options)
     assert list(tmp_path.iterdir()) == []

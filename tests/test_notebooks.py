@@ -24,7 +24,9 @@ class ThisPython(AsyncKernelManager):
 
     @property
     def kernel_spec(self):
-        return KernelSpec(argv=[sys.executable, "-m", "ipykernel_launcher", "-f", "{connection_file}"], language="python")
+        return KernelSpec(
+            argv=[sys.executable, "-m", "ipykernel_launcher", "-f", "{connection_file}"], language="python"
+        )
 
 
 def executed(path: Path, folder: Path, monkeypatch):
@@ -54,13 +56,19 @@ def words(output) -> str:
 def check_outputs(notebook):
     for output in outputs(notebook):
         assert output.get("name") != "stderr", f"written to the error stream: {output.text}"
-        assert not re.search(r"traceback|\bwarning|\w+Warning\b|\w+Error\b", words(output), re.IGNORECASE), words(output)
+        assert not re.search(r"traceback|\bwarning|\w+Warning\b|\w+Error\b", words(output), re.IGNORECASE), words(
+            output
+        )
     assert any("image/png" in output.get("data", {}) for output in outputs(notebook)), "there is no picture"
 
 
 def test_all_notebooks_are_there():
-    assert [path.name for path in NOTEBOOKS] == ["1_how_a_ray_becomes_a_pixel.ipynb", "2_how_a_picture_becomes_coefficients.ipynb",
-                                                 "3_why_edges_matter.ipynb", "4_what_accuracy_costs.ipynb"]
+    assert [path.name for path in NOTEBOOKS] == [
+        "1_how_a_ray_becomes_a_pixel.ipynb",
+        "2_how_a_picture_becomes_coefficients.ipynb",
+        "3_why_edges_matter.ipynb",
+        "4_what_accuracy_costs.ipynb",
+    ]
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
@@ -84,7 +92,9 @@ def test_a_warning_or_an_error_does_not_pass(tmp_path, monkeypatch):
     cell = nbformat.v4.new_code_cell
     clean = cell(outputs=[nbformat.v4.new_output("display_data", {"image/png": ""})])
     told = cell(outputs=[nbformat.v4.new_output("stream", name="stdout", text="UserWarning: old")])
-    failed = cell(outputs=[nbformat.v4.new_output("error", ename="ValueError", evalue="no", traceback=["ValueError: no"])])
+    failed = cell(
+        outputs=[nbformat.v4.new_output("error", ename="ValueError", evalue="no", traceback=["ValueError: no"])]
+    )
     check_outputs(nbformat.v4.new_notebook(cells=[clean]))
     for bad in (told, failed):
         with pytest.raises(AssertionError):

@@ -72,7 +72,9 @@ def test_whitted_form_agrees_with_hearn_and_baker():
 def test_radicand_is_that_of_the_book():
     """cos_r**2 = 1 - eta**2 (1 - cos_i**2), equation 14-51, in the rewritten form."""
     cos_i, eta = (g.reshape(-1) for g in np.meshgrid(np.linspace(0, 1, 21), [0.4, 0.75, 1, 1.33, 2.4]))
-    np.testing.assert_allclose(refraction_radicand(jnp.asarray(cos_i), jnp.asarray(eta)), 1 - eta**2 * (1 - cos_i**2), atol=1e-14)
+    np.testing.assert_allclose(
+        refraction_radicand(jnp.asarray(cos_i), jnp.asarray(eta)), 1 - eta**2 * (1 - cos_i**2), atol=1e-14
+    )
 
 
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
@@ -85,7 +87,9 @@ def test_critical_angle_from_both_sides(index, dtype):
     eta = jnp.asarray(index, dtype)
     leaves = refracted(below, up, eta)
     expected = np.arcsin(index * np.sin(critical - little))
-    np.testing.assert_allclose(np.arctan2(leaves.x, -leaves.y), expected, atol=2e-7 if dtype == "float32" else 1e-13, rtol=1e-5)
+    np.testing.assert_allclose(
+        np.arctan2(leaves.x, -leaves.y), expected, atol=2e-7 if dtype == "float32" else 1e-13, rtol=1e-5
+    )
     assert refraction_radicand(-above.y, eta) < 0 < refraction_radicand(-below.y, eta)
     for direction in (below, above):
         in_direction, in_eta = jax.jacfwd(lambda u, e: refracted(u, up, e).stacked(), argnums=(0, 1))(direction, eta)
@@ -116,7 +120,9 @@ def test_grazing_incidence(eta):
         bent = refracted(downwards(np.pi / 2 - glance), UP, eta)
         np.testing.assert_allclose(bent.x, eta, rtol=1e-10)
         np.testing.assert_allclose(-bent.y, np.sqrt(1 - eta**2 * np.cos(glance) ** 2), atol=2e-8)
-        np.testing.assert_allclose(mirrored(downwards(np.pi / 2 - glance), UP).stacked(), [np.cos(glance), np.sin(glance), 0], atol=1e-15)
+        np.testing.assert_allclose(
+            mirrored(downwards(np.pi / 2 - glance), UP).stacked(), [np.cos(glance), np.sin(glance), 0], atol=1e-15
+        )
 
 
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
@@ -130,7 +136,9 @@ def test_index_ratio_of_one_changes_nothing(dtype):
     directions, up = vec3(jnp.asarray(u, dtype)), jax.tree.map(lambda a: a.astype(dtype), UP)
     eta = eta_at(True, jnp.asarray(1.5, dtype), jnp.asarray(1.5, dtype))
     assert eta == 1
-    np.testing.assert_allclose(refracted(directions, up, eta).stacked(), u.astype(dtype), atol=3 * float(jnp.finfo(dtype).eps))
+    np.testing.assert_allclose(
+        refracted(directions, up, eta).stacked(), u.astype(dtype), atol=3 * float(jnp.finfo(dtype).eps)
+    )
     assert (refraction_radicand(-directions.y, eta) >= 0).all()
     # dT/d eta = u + (cos_i + tan_i sin_i) N at eta = 1, from (14-50) and d cos_r / d eta = -sin_i**2 / cos_i
     slope = jax.jvp(lambda e: refracted(directions, up, e).stacked(), (eta,), (jnp.ones_like(eta),))[1]

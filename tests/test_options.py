@@ -8,8 +8,12 @@ import diffwhitted as dw
 
 
 def scene() -> dw.Scene:
-    return dw.Scene(objects=[dw.Sphere("ball", (0, 0, 0), 1, "m")], materials={"m": dw.Material(k_a=0.5, k_d=0.5)},
-                    lights=[dw.DirectionalLight((0, 0, 1), 1)], cameras={"main": dw.Camera((0, 0, 5), (0, 0, 0), 40, 8, 6)})
+    return dw.Scene(
+        objects=[dw.Sphere("ball", (0, 0, 0), 1, "m")],
+        materials={"m": dw.Material(k_a=0.5, k_d=0.5)},
+        lights=[dw.DirectionalLight((0, 0, 1), 1)],
+        cameras={"main": dw.Camera((0, 0, 5), (0, 0, 0), 40, 8, 6)},
+    )
 
 
 CAMERA = scene().cameras["main"]
@@ -29,8 +33,10 @@ def test_samples_is_a_whole_number(samples):
 
 
 def test_whole_numbers_of_numpy_count():
-    np.testing.assert_array_equal(dw.render(scene(), CAMERA, samples=np.int64(2), max_depth=np.int32(2)),
-                                  dw.render(scene(), CAMERA, samples=2, max_depth=2))
+    np.testing.assert_array_equal(
+        dw.render(scene(), CAMERA, samples=np.int64(2), max_depth=np.int32(2)),
+        dw.render(scene(), CAMERA, samples=2, max_depth=2),
+    )
 
 
 def test_a_plan_has_its_own_depth():

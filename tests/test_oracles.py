@@ -38,8 +38,16 @@ def material(given):
     """The book's material: a colour that multiplies ambient and diffuse, and a white highlight of its own."""
     m = BOOK["default_material"] | given
     colour = np.asarray(m["color"], float)
-    return dw.Material(k_a=colour * m["ambient"], k_d=colour * m["diffuse"], k_h=m["specular"], k_s=m["reflective"], k_t=m["transparency"],
-                       phong_exponent=m["shininess"], refractive_index=m["refractive_index"], highlight="reflected")
+    return dw.Material(
+        k_a=colour * m["ambient"],
+        k_d=colour * m["diffuse"],
+        k_h=m["specular"],
+        k_s=m["reflective"],
+        k_t=m["transparency"],
+        phong_exponent=m["shininess"],
+        refractive_index=m["refractive_index"],
+        highlight="reflected",
+    )
 
 
 def built(case, without=(), **settings):
@@ -55,8 +63,15 @@ def built(case, without=(), **settings):
         else:
             objects.append(dw.Plane(name, thing["normal"], np.dot(thing["normal"], thing["point"]), name))
     light = case.get("light", world["light"])
-    return dw.Scene(objects=objects, materials=materials, lights=[dw.PointLight(light["position"], light["intensity"])],
-                    max_depth=settings.pop("max_depth", DEPTH), total_internal_reflection="whitted", precision="float64", **settings)
+    return dw.Scene(
+        objects=objects,
+        materials=materials,
+        lights=[dw.PointLight(light["position"], light["intensity"])],
+        max_depth=settings.pop("max_depth", DEPTH),
+        total_internal_reflection="whitted",
+        precision="float64",
+        **settings,
+    )
 
 
 def seen(scene, origin, direction):
@@ -77,7 +92,15 @@ def close_to_the_book(colour, case):
 def test_the_cases_left_out_are_there():
     """So that a name that changes does not silently take a case away; and how many are left."""
     assert set(NOT_EXPRESSIBLE) <= {c["name"] for c in CASES}
-    counted = [len(cases(*kinds)) for kinds in (("local_lighting",), ("color_at", "shade_hit"), ("reflected_color", "refracted_color"), ("terminates",))]
+    counted = [
+        len(cases(*kinds))
+        for kinds in (
+            ("local_lighting",),
+            ("color_at", "shade_hit"),
+            ("reflected_color", "refracted_color"),
+            ("terminates",),
+        )
+    ]
     assert counted == [6, 7, 6, 1] and sum(counted) + len(NOT_EXPRESSIBLE) == len(CASES)
 
 
@@ -88,8 +111,14 @@ def test_local_lighting(case):
     light = np.asarray(case["light_position"], float)
     place = 0.5 * light if case["in_shadow"] else np.array([0.0, 0.0, 1e6])
     scene = dw.Scene(
-        objects=[dw.Plane("wall", case["normal"], np.dot(case["normal"], case["position"]), "wall"), dw.Sphere("ball", place, 0.1, "wall")],
-        materials={"wall": material({})}, lights=[dw.PointLight(light, case["light_intensity"])], precision="float64")
+        objects=[
+            dw.Plane("wall", case["normal"], np.dot(case["normal"], case["position"]), "wall"),
+            dw.Sphere("ball", place, 0.1, "wall"),
+        ],
+        materials={"wall": material({})},
+        lights=[dw.PointLight(light, case["light_intensity"])],
+        precision="float64",
+    )
     eye = np.add(case["position"], case["eye"])
     close_to_the_book(seen(scene, eye, -np.asarray(case["eye"], float)), case)
 
@@ -131,13 +160,17 @@ def test_point_where_the_refracted_ray_meets_the_outer_sphere():
         return surface_at(shapes, ray, object, entering)
 
     leaves = follow(ray, Departure(jnp.asarray([-1]), jnp.asarray([False])))
-    assert names[int(leaves.object[0])] == case["hit_object"] and float(leaves.distance[0]) == pytest.approx(case["hit_t"], abs=1e-4)
+    assert names[int(leaves.object[0])] == case["hit_object"] and float(leaves.distance[0]) == pytest.approx(
+        case["hit_t"], abs=1e-4
+    )
     index = scene.materials["second"].refractive_index
     onwards = Ray(leaves.point, refracted(ray.direction, leaves.normal, eta_at(leaves.entering, index, 1.0)))
     close_to_the_book(follow(onwards, Departure(leaves.object, leaves.entering)).point.stacked()[0], case)
 
 
-@pytest.mark.parametrize("crossing", [c for c in BOOK["n1_n2"]["crossings"] if c["t"] != 4.75], ids=lambda c: f"t={c['t']}")
+@pytest.mark.parametrize(
+    "crossing", [c for c in BOOK["n1_n2"]["crossings"] if c["t"] != 4.75], ids=lambda c: f"t={c['t']}"
+)
 def test_indices_on_both_sides(crossing):
     """Glass in glass: the index on the ray's side and beyond, from the solid that the surface bounds and the one around it.
 
@@ -146,7 +179,9 @@ def test_indices_on_both_sides(crossing):
     table = BOOK["n1_n2"]
     scene = dw.Scene(
         objects=[dw.Sphere(o["id"], o["center"], o["radius"], o["id"]) for o in table["objects"]],
-        materials={o["id"]: dw.Material(k_t=1, refractive_index=o["refractive_index"]) for o in table["objects"]}, precision="float64")
+        materials={o["id"]: dw.Material(k_t=1, refractive_index=o["refractive_index"]) for o in table["objects"]},
+        precision="float64",
+    )
     shapes, names = tabulate(scene).shapes, [o.name for o in numbered_objects(scene)]
     plan = make_plan(scene, dw.Camera((0, 0, -4), (0, 0, 0), 20, 1, 1))
     assert plan.effects.nested_media
@@ -155,7 +190,9 @@ def test_indices_on_both_sides(crossing):
     point = vec3(jnp.asarray(origin + crossing["t"] * direction)[None])
     object = jnp.asarray([names.index(crossing["object"])])
     around = int(containing(shapes, point, plan.solids, but=object)[0])
-    inside, outside = (1.0 if i < 0 else float(scene.materials[names[i]].refractive_index) for i in (int(object[0]), around))
+    inside, outside = (
+        1.0 if i < 0 else float(scene.materials[names[i]].refractive_index) for i in (int(object[0]), around)
+    )
     entering = crossing["t"] < next(c["t"] for c in table["crossings"][::-1] if c["object"] == crossing["object"])
     assert ((outside, inside) if entering else (inside, outside)) == (crossing["n1"], crossing["n2"])
     assert float(eta_at(entering, inside, outside)) == pytest.approx(crossing["n1"] / crossing["n2"])
@@ -182,6 +219,10 @@ def test_camera_rays():
 
 def test_pixel_of_a_rendered_picture():
     book = BOOK["geometry"]["render"]
-    camera = dw.Camera(book["from"], book["to"], np.degrees(book["fov_rad"]), book["hsize"], book["vsize"], up=book["up"])
+    camera = dw.Camera(
+        book["from"], book["to"], np.degrees(book["fov_rad"]), book["hsize"], book["vsize"], up=book["up"]
+    )
     column, row = book["pixel"]
-    np.testing.assert_allclose(dw.render(built({"world": "default"}), camera)[row, column], book["published"], atol=1e-4)
+    np.testing.assert_allclose(
+        dw.render(built({"world": "default"}), camera)[row, column], book["published"], atol=1e-4
+    )

@@ -41,17 +41,28 @@ def translated(name, precision):
             coefficients |= {"k_a": given["ka"], "k_d": given["kd"]}
         highlight = given.get("highlight", {"model": "phong_reflection_vector", "amount": 0.0, "exponent": 1.0})
         assert highlight["model"] == "phong_reflection_vector"
-        materials[label] = dw.Material(**coefficients, k_h=highlight["amount"], phong_exponent=highlight["exponent"], highlight="reflected")
+        materials[label] = dw.Material(
+            **coefficients, k_h=highlight["amount"], phong_exponent=highlight["exponent"], highlight="reflected"
+        )
         if thing["type"] == "sphere":
             objects.append(dw.Sphere(label, thing["center"], thing["radius"], label))
         else:
             objects.append(dw.Plane(label, thing["normal"], thing["offset"], label))
     view = book["camera"]
-    camera = dw.Camera(view["look_from"], view["look_at"], view["vfov_deg"], book["width"], book["height"], up=view["up"])
+    camera = dw.Camera(
+        view["look_from"], view["look_at"], view["vfov_deg"], book["width"], book["height"], up=view["up"]
+    )
     scene = dw.Scene(
-        objects=objects, materials=materials, textures=textures, cameras={"main": camera},
+        objects=objects,
+        materials=materials,
+        textures=textures,
+        cameras={"main": camera},
         lights=[dw.PointLight(light["position"], light["color"]) for light in book["lights"]],
-        background=dw.ConstantBackground(book["background"]), max_depth=book["depth"], shadows="tinted", precision=precision)
+        background=dw.ConstantBackground(book["background"]),
+        max_depth=book["depth"],
+        shadows="tinted",
+        precision=precision,
+    )
     return scene, scene.cameras["main"]
 
 
@@ -59,7 +70,12 @@ def with_telltale_materials(scene):
     """The same surfaces, rays and weights; the radiance is a constant of the way down the tree."""
     random = np.random.default_rng(7)
     for name in scene.materials:
-        for coefficient, value in (("k_a", random.uniform(0.1, 1)), ("k_h", random.uniform(0.1, 1)), ("k_d", 0.0), ("phong_exponent", 0.0)):
+        for coefficient, value in (
+            ("k_a", random.uniform(0.1, 1)),
+            ("k_h", random.uniform(0.1, 1)),
+            ("k_d", 0.0),
+            ("phong_exponent", 0.0),
+        ):
             scene = dw.replace_coefficient(scene, f"{name}.{coefficient}", value)
     return scene
 
@@ -72,7 +88,9 @@ def rendered(scene, camera):
 def away_from_edges(name):
     """Pixels within which no edge shows that carries 1/500 of the light or more."""
     scene, camera = translated(name, "float64")
-    telltale = rendered(with_telltale_materials(scene), camera.resized(width=FINER * camera.width, height=FINER * camera.height))
+    telltale = rendered(
+        with_telltale_materials(scene), camera.resized(width=FINER * camera.width, height=FINER * camera.height)
+    )
     blocks = telltale.reshape(camera.height, FINER, camera.width, FINER, 3)
     return (np.ptp(blocks, axis=(1, 3)) < 2e-3).all(axis=-1)
 

@@ -27,14 +27,21 @@ from fitting._tables import (
     summary_lines,
 )
 
-ODD = "<b>&\"glass\".k_d"
+ODD = '<b>&"glass".k_d'
 TITLE = "<script>alert('a')</script> & \"b\""
 
 
 def coefficient(name, value, error=None, **others):
     known = dict(
-        symbol="k_d", start=0.5, identifiable=error is not None, seen=True, confounded_with=(), at_bound=False,
-        bounds=(0.0, 1.0), unit="1", standard_error=error,
+        symbol="k_d",
+        start=0.5,
+        identifiable=error is not None,
+        seen=True,
+        confounded_with=(),
+        at_bound=False,
+        bounds=(0.0, 1.0),
+        unit="1",
+        standard_error=error,
         interval_95=None if error is None else (value - 1.96 * error, value + 1.96 * error),
     )
     return FittedCoefficient(name=name, value=value, **(known | others))
@@ -62,12 +69,23 @@ def result():
     correlation[0, 4] = correlation[4, 0] = -0.93
     correlation[1:3] = correlation[:, 1:3] = np.nan
     return FitResult(
-        status="not_identifiable", message="stopped: a <small> step", coefficients=coefficients,
-        correlation=correlation, rank=3, rmse=0.01, noise=float("nan"), noise_given=False, steps=3,
+        status="not_identifiable",
+        message="stopped: a <small> step",
+        coefficients=coefficients,
+        correlation=correlation,
+        rank=3,
+        rmse=0.01,
+        noise=float("nan"),
+        noise_given=False,
+        steps=3,
         history=tuple(FitStep(i, 10.0**-i, 0.1 * i, i != 1) for i in range(3)),
-        seconds_compile=2.0, seconds_solve=0.5, starts_tried=1,
+        seconds_compile=2.0,
+        seconds_solve=0.5,
+        starts_tried=1,
         effects=(("shadows", True, "light <1>"), ("refraction", False, "no k_t")),
-        views=(view(),), scene={"the": "scene"}, free=("glass.*",),
+        views=(view(),),
+        scene={"the": "scene"},
+        free=("glass.*",),
     )
 
 
@@ -220,7 +238,13 @@ def test_page_numbers_are_the_results(result):
         expected += [known.value] if known.standard_error is None else [known.value, known.standard_error]
     assert values == expected
     assert page.data == ["0.1203", "0.0004", "(0.3)", "(0.41)", "1.0000", "0.0020", "50.31", "0.27"]
-    for words in ("0.1195 to 0.1212", "no pixel depends on it", "cannot be told apart from glass.k_h", "+0.29 %", "−.93"):
+    for words in (
+        "0.1195 to 0.1212",
+        "no pixel depends on it",
+        "cannot be told apart from glass.k_h",
+        "+0.29 %",
+        "−.93",
+    ):
         assert words in page.words
     assert "3 of 5" in page.words and "2 of the 5 coefficients are not determined" in page.words
     assert "Truth" not in Page(report_html(result, title="t")).words
@@ -259,8 +283,11 @@ LONG = "a_rather_long_material_name_of_the_left_hand_ball"
 @pytest.mark.parametrize("truth", [None, {f"{LONG}.phong_exponent": 123.4, "b.k_d": 0.5}])
 @pytest.mark.parametrize("width", [80, 72, 60])
 def test_no_name_or_number_breaks_in_a_narrow_terminal(result, truth, width):
-    coefficients = (coefficient(f"{LONG}.phong_exponent", 123.45678, 3e-5), coefficient(f"{LONG}.k_d.r", 0.25, 2e-7, at_bound=True),
-                    coefficient("b.k_d", 0.5000001, 6e-9))
+    coefficients = (
+        coefficient(f"{LONG}.phong_exponent", 123.45678, 3e-5),
+        coefficient(f"{LONG}.k_d.r", 0.25, 2e-7, at_bound=True),
+        coefficient("b.k_d", 0.5000001, 6e-9),
+    )
     result = dataclasses.replace(result, coefficients=coefficients, correlation=np.eye(3))
     console = Console(width=width, no_color=True, record=True, file=open(os.devnull, "w"))
     with console.file:
@@ -286,14 +313,18 @@ def test_an_interval_below_the_last_digit_reads_as_its_half_width():
 
 
 def test_converged_is_said_once(result):
-    done = dataclasses.replace(result, status="converged", message="converged in 3 steps; spare.k_d left as it is: no object", steps=3)
+    done = dataclasses.replace(
+        result, status="converged", message="converged in 3 steps; spare.k_d left as it is: no object", steps=3
+    )
     text = " ".join(summary_lines(done))
     assert text.lower().count("converged") == 1 and "spare.k_d left as it is" in text
     assert Page(report_html(done, title="t")).words.lower().count("converged") == 1
 
 
 def test_a_misfit_and_the_rounding_level_are_said(result):
-    bad = dataclasses.replace(result, status="converged", message="converged in 3 steps; the residual is not noise: etc", misfit=True)
+    bad = dataclasses.replace(
+        result, status="converged", message="converged in 3 steps; the residual is not noise: etc", misfit=True
+    )
     assert "the residual is not noise" in " ".join(summary_lines(bad))
     assert "the residual is not noise" in Page(report_html(bad, title="t")).words
     exact = dataclasses.replace(result, noise=1e-8, at_rounding_level=True)

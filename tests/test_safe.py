@@ -81,19 +81,26 @@ def test_power_of_cosine_around_its_edges(dtype):
     exponent = jnp.asarray([0] * 5 + [1] * 5 + [2] * 5, dtype)
     power, in_chord, in_exponent = value_and_derivatives(power_of_cosine, apart, exponent)
     np.testing.assert_allclose(power, [1, 1, 1, 1, 1, 1, 0.5, 0, 0, 0, 1, 0.25, 0, 0, 0], rtol=few_roundings(dtype))
-    np.testing.assert_allclose(in_chord, [0] * 5 + [-0.5, -0.5, 0, 0, 0] + [-1, -0.5, 0, 0, 0], rtol=few_roundings(dtype))
+    np.testing.assert_allclose(
+        in_chord, [0] * 5 + [-0.5, -0.5, 0, 0, 0] + [-1, -0.5, 0, 0, 0], rtol=few_roundings(dtype)
+    )
     log_half = np.log(0.5)
-    np.testing.assert_allclose(in_exponent, [0, log_half, 0, 0, 0, 0, log_half / 2, 0, 0, 0, 0, log_half / 4, 0, 0, 0],
-                               rtol=few_roundings(dtype))
+    np.testing.assert_allclose(
+        in_exponent,
+        [0, log_half, 0, 0, 0, 0, log_half / 2, 0, 0, 0, 0, log_half / 4, 0, 0, 0],
+        rtol=few_roundings(dtype),
+    )
 
 
 @pytest.mark.parametrize("dtype", PRECISIONS)
 @pytest.mark.parametrize("apart", [1e-9, 1e-7, 1e-6, 1e-5])
 def test_power_of_cosine_with_an_exponent_of_a_million(dtype, apart):
     stored = Decimal(float(jnp.asarray(apart, dtype)))
-    power, in_chord, in_exponent = value_and_derivatives(power_of_cosine, jnp.asarray([apart], dtype), jnp.asarray([1e6], dtype))
+    power, in_chord, in_exponent = value_and_derivatives(
+        power_of_cosine, jnp.asarray([apart], dtype), jnp.asarray([1e6], dtype)
+    )
     cosine = 1 - stored / 2
-    exact = cosine ** 1000000
+    exact = cosine**1000000
     np.testing.assert_allclose(power, float(exact), rtol=few_roundings(dtype))
     np.testing.assert_allclose(in_chord, -5e5 * float(exact / cosine), rtol=few_roundings(dtype))
     np.testing.assert_allclose(in_exponent, float(exact * cosine.ln()), rtol=few_roundings(dtype))
@@ -104,7 +111,8 @@ def test_power_of_cosine_with_an_exponent_of_a_million(dtype, apart):
 def test_power_of_cosine_just_above_the_horizon_is_finite(dtype, exponent):
     below_two = np.nextafter(np.asarray(2, dtype), np.asarray(0, dtype))
     power, in_chord, in_exponent = value_and_derivatives(
-        power_of_cosine, jnp.asarray([below_two]), jnp.asarray([exponent], dtype))
+        power_of_cosine, jnp.asarray([below_two]), jnp.asarray([exponent], dtype)
+    )
     cosine = (2 - float(below_two)) / 2
     np.testing.assert_allclose(power, cosine**exponent, rtol=100 * few_roundings(dtype), atol=1e-37)
     assert abs(float(in_exponent[0])) <= float(power[0]) * 40 and float(in_chord[0]) <= 0
@@ -119,7 +127,9 @@ def test_whole_powers(dtype, base):
     assert power.dtype == dtype
     np.testing.assert_allclose(power, float(base) ** count, rtol=few_roundings(dtype))
     for derivative in (slope, backward):
-        np.testing.assert_allclose(derivative, count * float(base) ** np.maximum(count - 1, 0), rtol=few_roundings(dtype))
+        np.testing.assert_allclose(
+            derivative, count * float(base) ** np.maximum(count - 1, 0), rtol=few_roundings(dtype)
+        )
 
 
 @pytest.mark.parametrize("dtype", PRECISIONS)
@@ -156,6 +166,10 @@ def test_rescaling_keeps_every_digit_and_the_derivative(dtype):
         assert float(np.log2(float(power))).is_integer()
         assert float(short.z) == float(v.z) * float(power) and 0.5 <= abs(float(short.z)) <= 4
         np.testing.assert_allclose(normalise(short).stacked(), [0.6, 0, -0.8], rtol=few_roundings(dtype))
-    slope = jax.jvp(lambda a: normalise(rescaled(Vec3(a, a * 0, -4 * a / a))[0]).x, (jnp.asarray(3.0, dtype),), (jnp.ones((), dtype),))[1]
+    slope = jax.jvp(
+        lambda a: normalise(rescaled(Vec3(a, a * 0, -4 * a / a))[0]).x,
+        (jnp.asarray(3.0, dtype),),
+        (jnp.ones((), dtype),),
+    )[1]
     np.testing.assert_allclose(slope, 16 / 125, rtol=few_roundings(dtype))
     assert [float(c) for c in rescaled(Vec3(*jnp.zeros((3, 1), dtype)))[0].stacked()[0]] == [0, 0, 0]

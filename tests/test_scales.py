@@ -12,8 +12,10 @@ def seen(*, normal=(0, 1, 0), direction=(1, 2, 2), up=(0, 1, 0)) -> np.ndarray:
     """A floor at height -1 and a ball, from a little above."""
     scene = dw.Scene(
         objects=[dw.Plane("floor", normal, -normal[1], "m"), dw.Sphere("ball", (0, 0, 0), 0.5, "m")],
-        materials={"m": dw.Material(k_a=0.1, k_d=0.5, k_s=0.2)}, lights=[dw.DirectionalLight(direction, 1)],
-        background=dw.GradientBackground((0.1, 0.2, 0.9), (0.9, 0.9, 0.9)))
+        materials={"m": dw.Material(k_a=0.1, k_d=0.5, k_s=0.2)},
+        lights=[dw.DirectionalLight(direction, 1)],
+        background=dw.GradientBackground((0.1, 0.2, 0.9), (0.9, 0.9, 0.9)),
+    )
     return np.asarray(dw.render(scene, dw.Camera((0, 1, 5), (0, 0, 0), 40, 24, 18, up=up)))
 
 

@@ -35,8 +35,13 @@ def changed(old: str, new: str) -> str:
 
 FAULTS = {
     "negative radius": ("radius = 1", "radius = -1", 'object "ball" (1st [[object]])', "radius = -1", "allowed is > 0"),
-    "index below 1": ("refractive_index = 1.5", "refractive_index = 0.9", 'material "glass" (1st [[material]])',
-                      "= 0.9", ">= 1"),
+    "index below 1": (
+        "refractive_index = 1.5",
+        "refractive_index = 0.9",
+        'material "glass" (1st [[material]])',
+        "= 0.9",
+        ">= 1",
+    ),
     "negative colour": ("k_a = 0.012", "k_a = [1, -2, 1]", 'material "glass"', "k_a = [1, -2, 1]", ">= 0"),
     "negative light": ("[0.9, 0.9, 0.9]", "[0.9, -0.9, 0.9]", "1st [[light]]", "colour = [0.9, -0.9, 0.9]", ">= 0"),
     "no such key": ("radius = 1", "radus = 1", 'object "ball"', '"radius"?', "centre, radius, material"),
@@ -44,16 +49,26 @@ FAULTS = {
     "color": ("colour =", "color =", "1st [[light]]", "unknown key color", 'Did you mean "colour"?'),
     "ior": ("refractive_index =", "ior =", 'material "glass"', "ior = 1.5", 'Did you mean "refractive_index"?'),
     "kd": ("k_d =", "kd =", 'material "glass"', "unknown key kd", 'Did you mean "k_d"?'),
-    "key of another shape": ("offset = -1", "offset = -1\nradius = 2", 'object "floor"', "unknown key radius = 2",
-                             "normal, offset"),
+    "key of another shape": (
+        "offset = -1",
+        "offset = -1\nradius = 2",
+        'object "floor"',
+        "unknown key radius = 2",
+        "normal, offset",
+    ),
     "no such setting": ("max_depth", "depth", "scene: unknown key depth = 5", '"max_depth"', "shadows"),
     "no such table": ("[[material]]", "[[materials]]", "[materials]", "[[material]]?", "[[camera]]"),
     "shape as a table": ("[[object]]", "[[sphere]]", "[sphere]", "[[object]]?", "[[light]]"),
     "key outside a table": ("[scene]", "depth = 1\n[scene]", "depth = 1 is in no table", "[scene]", "[[object]]"),
     "single brackets": ("[[texture]]", "[texture]", "texture = {", "allowed is", "[[texture]] in double brackets"),
     "double brackets": ("[scene]", "[[scene]]", "scene = [", "allowed is", "[scene] in single brackets"),
-    "missing key": ("radius = 1\n", "", 'object "ball" (1st [[object]])', "radius is missing",
-                    "a number > 0 (Radius, metres)"),
+    "missing key": (
+        "radius = 1\n",
+        "",
+        'object "ball" (1st [[object]])',
+        "radius is missing",
+        "a number > 0 (Radius, metres)",
+    ),
     "missing name": ('name = "glass"\n', "", "1st [[material]]", "name is missing", "text in quotes"),
     "missing type": ('type = "plane"\n', "", 'object "floor" (2nd [[object]])', "type is missing", '"sphere", "plane"'),
     "text as number": ("radius = 1", 'radius = "1"', 'object "ball"', 'radius = "1"', "Leave out the quotes"),
@@ -62,32 +77,82 @@ FAULTS = {
     "number as text": ('name = "glass"', "name = 5", "1st [[material]]", "name = 5", "text in quotes"),
     "empty name": ('name = "floor"', 'name = ""', "2nd [[object]]", 'name = ""', "at least one letter"),
     "bool as number": ("radius = 1", "radius = true", 'object "ball"', "radius = true", "a number > 0"),
-    "bool in a colour": ("k_t = 0.7", "k_t = [1, true, 0]", 'material "glass"', "k_t = [1, true, 0]",
-                         "a list of 3 numbers >= 0"),
+    "bool in a colour": (
+        "k_t = 0.7",
+        "k_t = [1, true, 0]",
+        'material "glass"',
+        "k_t = [1, true, 0]",
+        "a list of 3 numbers >= 0",
+    ),
     "bool as count": ("width = 320", "width = true", 'camera "main"', "width = true", "a whole number >= 1"),
-    "fraction as count": ("max_depth = 5", "max_depth = 5.5", "scene", "max_depth = 5.5",
-                          "a whole number >= 1 and <= 64"),
+    "fraction as count": (
+        "max_depth = 5",
+        "max_depth = 5.5",
+        "scene",
+        "max_depth = 5.5",
+        "a whole number >= 1 and <= 64",
+    ),
     "depth 0": ("max_depth = 5", "max_depth = 0", "scene", "max_depth = 0", "from 1"),
     "no pixels": ("width = 320", "width = 0", 'camera "main"', "width = 0", "from 1 to 32768"),
     "vast picture": ("width = 320", "width = 100000000000", 'camera "main"', "100000000000", "from 1 to 32768"),
     "two numbers": ("centre = [0, 0, 0]", "centre = [0, 0]", 'object "ball"', "centre = [0, 0]", "a list of 3 numbers"),
     "number for list": ("centre = [0, 0, 0]", "centre = 0", 'object "ball"', "centre = 0", "a list of 3 numbers"),
-    "four in a colour": ("k_t = 0.7", "k_t = [1, 1, 1, 1]", 'material "glass"', "[1, 1, 1, 1]", "or a list of 3 numbers"),
-    "colour of a number": ("phong_exponent = 50", "phong_exponent = [1, 1, 1]", 'material "glass"', "[1, 1, 1]",
-                           "a number >= 0"),
-    "flat vertex": ("[1, 1, 0]", "[1, 1]", 'object "sheet" (3rd [[object]])', "vertices[2] = [1, 1]",
-                    "a list of 3 numbers"),
-    "four in a triangle": ('"flag"\ntype = "triangle"\nvertices = [',
-                           '"flag"\ntype = "triangle"\nvertices = [[1, 1, 0], ',
-                           'object "flag"', "vertices = [[1, 1, 0]", "a list of 3 lists of 3 numbers"),
-    "bad gradient": ("background = [0.4, 0.6, 0.9]", "background = { gradient = 1 }",
-                     "scene", "background.gradient = 1", "a list of 2 lists of 3 numbers >= 0"),
-    "no gradient": ("background = [0.4, 0.6, 0.9]", "background = { gradent = 1 }",
-                    "scene", "unknown key background.gradent = 1", '"gradient"?'),
-    "empty background": ("background = [0.4, 0.6, 0.9]", "background = {}", "scene",
-                         "background.gradient is missing", "2 lists"),
-    "text as background": ("background = [0.4, 0.6, 0.9]", 'background = "sky"', "scene", '"sky"',
-                           "or { gradient = a list of 2"),
+    "four in a colour": (
+        "k_t = 0.7",
+        "k_t = [1, 1, 1, 1]",
+        'material "glass"',
+        "[1, 1, 1, 1]",
+        "or a list of 3 numbers",
+    ),
+    "colour of a number": (
+        "phong_exponent = 50",
+        "phong_exponent = [1, 1, 1]",
+        'material "glass"',
+        "[1, 1, 1]",
+        "a number >= 0",
+    ),
+    "flat vertex": (
+        "[1, 1, 0]",
+        "[1, 1]",
+        'object "sheet" (3rd [[object]])',
+        "vertices[2] = [1, 1]",
+        "a list of 3 numbers",
+    ),
+    "four in a triangle": (
+        '"flag"\ntype = "triangle"\nvertices = [',
+        '"flag"\ntype = "triangle"\nvertices = [[1, 1, 0], ',
+        'object "flag"',
+        "vertices = [[1, 1, 0]",
+        "a list of 3 lists of 3 numbers",
+    ),
+    "bad gradient": (
+        "background = [0.4, 0.6, 0.9]",
+        "background = { gradient = 1 }",
+        "scene",
+        "background.gradient = 1",
+        "a list of 2 lists of 3 numbers >= 0",
+    ),
+    "no gradient": (
+        "background = [0.4, 0.6, 0.9]",
+        "background = { gradent = 1 }",
+        "scene",
+        "unknown key background.gradent = 1",
+        '"gradient"?',
+    ),
+    "empty background": (
+        "background = [0.4, 0.6, 0.9]",
+        "background = {}",
+        "scene",
+        "background.gradient is missing",
+        "2 lists",
+    ),
+    "text as background": (
+        "background = [0.4, 0.6, 0.9]",
+        'background = "sky"',
+        "scene",
+        '"sky"',
+        "or { gradient = a list of 2",
+    ),
     "no such shape": ('"sphere"', '"spere"', 'object "ball"', 'type = "spere"', 'Did you mean "sphere"?'),
     "number as shape": ('"sphere"', "7", 'object "ball"', "type = 7", '"sphere", "plane", "polygon" or "triangle"'),
     "no such light": ('"point"', '"spot"', "1st [[light]]", 'type = "spot"', '"point" or "directional"'),
@@ -96,28 +161,63 @@ FAULTS = {
     "no such highlight": ('"reflected"', '"refleted"', 'material "glass"', '"refleted"', 'Did you mean "reflected"?'),
     "bad axes": ('axes = "xz"', 'axes = "xw"', 'texture "tiles"', "'xw'", "x, y, z"),
     "no cell": ("size = 1.0", "size = 0", 'texture "tiles"', "size = 0", "> 0"),
-    "view of nothing": ("look_at = [0, 0.5, 0]", "look_at = [0, 0.52, 6]", 'camera "main" (1st [[camera]])',
-                        "look_at", "move one"),
+    "view of nothing": (
+        "look_at = [0, 0.5, 0]",
+        "look_at = [0, 0.52, 6]",
+        'camera "main" (1st [[camera]])',
+        "look_at",
+        "move one",
+    ),
     "up along the view": ("up = [0, 1, 0]", "up = [0, 0, 0]", 'camera "main"', "up = [0", "choose another"),
     "half turn": ("vfov_deg = 61.9275", "vfov_deg = 180", 'camera "main"', "vfov_deg = 180", "between 0 and 180"),
-    "no area": ("vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]", "vertices = [[0, 0, 0], [1, 1, 1], [2, 2, 2]]",
-                'object "flag" (4th [[object]])', "no area", "move one"),
-    "no normal": ("normal = [0, 1, 0]", "normal = [0, 0, 0]", 'object "floor"', "normal = [0, 0, 0]",
-                  "any vector but zero"),
+    "no area": (
+        "vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]",
+        "vertices = [[0, 0, 0], [1, 1, 1], [2, 2, 2]]",
+        'object "flag" (4th [[object]])',
+        "no area",
+        "move one",
+    ),
+    "no normal": (
+        "normal = [0, 1, 0]",
+        "normal = [0, 0, 0]",
+        'object "floor"',
+        "normal = [0, 0, 0]",
+        "any vector but zero",
+    ),
     "same object": ('"flag"', '"ball"', 'object "ball"', "1st and the 4th [[object]]", "one of a kind"),
-    "same material": ("[[object]]", '[[material]]\nname = "glass"\n[[object]]', 'material "glass"',
-                      "1st and the 2nd", "one of a kind"),
+    "same material": (
+        "[[object]]",
+        '[[material]]\nname = "glass"\n[[object]]',
+        'material "glass"',
+        "1st and the 2nd",
+        "one of a kind",
+    ),
     "no such material": ('material = "glass"', 'material = "glas"', "object 'ball'", "'glas'", "Did you mean 'glass'?"),
-    "no such texture name": ('k_d_texture = "tiles"', 'k_d_texture = "tile"', "material 'glass'", "'tile'",
-                             "there is 'tiles'"),
+    "no such texture name": (
+        'k_d_texture = "tiles"',
+        'k_d_texture = "tile"',
+        "material 'glass'",
+        "'tile'",
+        "there is 'tiles'",
+    ),
     "nan": ("radius = 1", "radius = nan", 'object "ball"', "radius = nan", "finite"),
     "inf": ("offset = -1", "offset = -inf", 'object "floor"', "offset = -inf", "finite"),
     "nan in a vertex": ("[1, 1, 0]", "[1, nan, 0]", 'object "sheet"', "vertices[2][1] = nan", "finite"),
     "beyond float32": ("radius = 1", "radius = 1e300", 'object "ball"', "radius = 1e+300", "up to 3.4e+38"),
-    "list beyond float32": ("[0.4, 0.6, 0.9]", "{ gradient = [[0, 0, 0], [0, 1e99, 0]] }", "scene",
-                            "gradient = 1e+99", "3.4e+38"),
-    "huge integer": ("radius = 1", "radius = 1" + 400 * "0", 'object "ball"', "a whole number of 1329 bits",
-                     "a number > 0"),
+    "list beyond float32": (
+        "[0.4, 0.6, 0.9]",
+        "{ gradient = [[0, 0, 0], [0, 1e99, 0]] }",
+        "scene",
+        "gradient = 1e+99",
+        "3.4e+38",
+    ),
+    "huge integer": (
+        "radius = 1",
+        "radius = 1" + 400 * "0",
+        'object "ball"',
+        "a whole number of 1329 bits",
+        "a number > 0",
+    ),
     "huge hexadecimal": ("radius = 1", "radius = 0x1" + 6000 * "0", 'object "ball"', "24001 bits", "a number > 0"),
     "unreadable integer": ("radius = 1", "radius = 1" + 6000 * "0", "broken TOML", "thousands of digits", "allowed is"),
     "deep brackets": ("radius = 1", "radius = " + 99999 * "[", "brackets", "too deeply", "allowed is"),
@@ -138,12 +238,14 @@ def test_a_fault_is_named_with_its_place_value_and_way_out(case):
 
 @pytest.mark.parametrize("table", ["camera", "light", "texture", "material", "object"])
 def test_an_entry_that_is_no_table_is_named(table):
-    assert refused(f"{table} = [5]") == f"objects.toml: 1st [[{table}]] = 5; allowed is a table of keys under [[{table}]]"
+    assert (
+        refused(f"{table} = [5]") == f"objects.toml: 1st [[{table}]] = 5; allowed is a table of keys under [[{table}]]"
+    )
 
 
 @pytest.mark.parametrize("table", ["camera", "texture"])
 def test_two_of_one_name_are_refused(table):
-    entry = FILE[FILE.index(f"[[{table}]]"):].split("\n\n")[0]
+    entry = FILE[FILE.index(f"[[{table}]]") :].split("\n\n")[0]
     name = tomllib.loads(entry)[table][0]["name"]
     message = refused(FILE + entry)
     assert f'{table} "{name}": the 1st and the 2nd [[{table}]]' in message and "Rename one" in message
@@ -158,9 +260,14 @@ def test_several_faults_are_one_message():
 
 
 def test_values_are_checked_in_every_table_before_the_message():
-    message = refused(changed("radius = 1", "radius = 0").replace("offset = -1", "offset = 1e99").replace("= 320", "= 0"))
+    message = refused(
+        changed("radius = 1", "radius = 0").replace("offset = -1", "offset = 1e99").replace("= 320", "= 0")
+    )
     assert [line.split(":")[0].strip() for line in message.splitlines()[1:]] == [
-        'camera "main" (1st [[camera]])', 'object "ball" (1st [[object]])', 'object "floor" (2nd [[object]])']
+        'camera "main" (1st [[camera]])',
+        'object "ball" (1st [[object]])',
+        'object "floor" (2nd [[object]])',
+    ]
 
 
 @pytest.mark.parametrize("text", ["", "\n\n", "# only a comment\n"])
@@ -171,7 +278,9 @@ def test_an_empty_file_says_what_belongs_in_it(text):
 
 def test_float64_reads_what_float32_cannot_hold():
     with jax.enable_x64(True):
-        assert float(parse_scene(changed("radius = 1", "radius = 1e300"), precision="float64").objects[0].radius) == 1e300
+        assert (
+            float(parse_scene(changed("radius = 1", "radius = 1e300"), precision="float64").objects[0].radius) == 1e300
+        )
 
 
 @pytest.mark.parametrize("precision, words", [("float16", "float32, float64"), ("float64", "jax_enable_x64")])
@@ -188,10 +297,15 @@ def test_a_missing_file_suggests_its_neighbour(tmp_path):
         load_scene(tmp_path / "nowhere" / "scene.toml")
 
 
-@pytest.mark.parametrize("content, words", [
-    (b"\xff\xfe[\x00", "line 1: byte 0xff is not UTF-8"), (b"[scene]\n# caf\xe9\n", "line 2: byte 0xe9 is not UTF-8"),
-    (b"\x00\x01\x02", "line 1, column 1"), (b"\x89PNG\r\n\x1a\n", "0x89 is not UTF-8"),
-])
+@pytest.mark.parametrize(
+    "content, words",
+    [
+        (b"\xff\xfe[\x00", "line 1: byte 0xff is not UTF-8"),
+        (b"[scene]\n# caf\xe9\n", "line 2: byte 0xe9 is not UTF-8"),
+        (b"\x00\x01\x02", "line 1, column 1"),
+        (b"\x89PNG\r\n\x1a\n", "0x89 is not UTF-8"),
+    ],
+)
 def test_bytes_that_are_no_scene(tmp_path, content, words):
     path = tmp_path / "scene.toml"
     path.write_bytes(content)
@@ -221,10 +335,11 @@ def test_an_endless_file_is_refused(monkeypatch):
         load_scene("/dev/zero")
 
 
-ODD = st.recursive(st.sampled_from([True, -1, 0, 0.5, 10**400, float("nan"), 1e300, "", "glass", "sphere", {}, []]),
-                   lambda part: (st.lists(part, max_size=4)
-                                 | st.dictionaries(st.sampled_from(["type", "name", "gradient"]), part)),
-                   max_leaves=6)
+ODD = st.recursive(
+    st.sampled_from([True, -1, 0, 0.5, 10**400, float("nan"), 1e300, "", "glass", "sphere", {}, []]),
+    lambda part: st.lists(part, max_size=4) | st.dictionaries(st.sampled_from(["type", "name", "gradient"]), part),
+    max_leaves=6,
+)
 
 
 @settings(max_examples=150, deadline=None)
@@ -255,8 +370,11 @@ def limited_keys():
 
 @pytest.mark.parametrize("model, key, value", list(limited_keys()))
 def test_a_limit_of_the_schema_is_a_limit_of_the_records(model, key, value):
-    table = next(name for name in ("scene", "camera", "texture", "material", "object")
-                 if key in FILE[FILE.index(f"[{name}]"):].split("\n\n")[0])
+    table = next(
+        name
+        for name in ("scene", "camera", "texture", "material", "object")
+        if key in FILE[FILE.index(f"[{name}]") :].split("\n\n")[0]
+    )
     start = FILE.index(f"\n{key} = ", FILE.index(f"[{table}]"))
     end = FILE.index("\n", start + 1)
     message = refused(f"{FILE[:start]}\n{key} = {value:g}{FILE[end:]}")

@@ -16,8 +16,18 @@ from hypothesis import strategies as st
 from diffwhitted._errors import SceneError
 from diffwhitted.formats import load_scene, parse_scene, save_scene, scene_schema, scene_text
 from diffwhitted.scene import (
-    COEFFICIENTS, Camera, Checker, ConstantBackground, DirectionalLight, GradientBackground, Material, Plane, PointLight,
-    Polygon, Scene, Sphere,
+    COEFFICIENTS,
+    Camera,
+    Checker,
+    ConstantBackground,
+    DirectionalLight,
+    GradientBackground,
+    Material,
+    Plane,
+    PointLight,
+    Polygon,
+    Scene,
+    Sphere,
 )
 
 FILE = Path(__file__).with_name("every_key.toml").read_text()
@@ -42,7 +52,10 @@ def test_every_key_arrives_in_its_record():
     scene = parse_scene(FILE)
     ball, floor, sheet, flag = scene.objects
     glass, camera, (lamp, sun) = scene.materials["glass"], scene.cameras["main"], scene.lights
-    assert (scene.max_depth, scene.shadows, scene.total_internal_reflection) == (5, "opaque", "full") and (scene.footprint, float(scene.cutoff)) == (2, pytest.approx(0.001))
+    assert (scene.max_depth, scene.shadows, scene.total_internal_reflection) == (5, "opaque", "full") and (
+        scene.footprint,
+        float(scene.cutoff),
+    ) == (2, pytest.approx(0.001))
     assert (ball.name, ball.material, float(ball.radius)) == ("ball", "glass", 1.0)
     assert (float(floor.offset), sheet.vertices.shape, flag.vertices.shape) == (-1.0, (5, 3), (3, 3))
     assert (glass.highlight, glass.k_a_texture, glass.k_d_texture) == ("reflected", None, "tiles")
@@ -55,8 +68,11 @@ def test_every_key_arrives_in_its_record():
 
 def test_keys_that_few_files_state_arrive_too():
     fading = changed("colour = [0.9, 0.9, 0.9]", "colour = [0.9, 0.9, 0.9]\nattenuation = [1, 2, 3]")
-    scene = parse_scene(fading.replace("k_d_texture", "k_a_texture")
-                        .replace("[0.4, 0.6, 0.9]", "{ gradient = [[0, 0, 0], [0, 0.5, 1]] }"))
+    scene = parse_scene(
+        fading.replace("k_d_texture", "k_a_texture").replace(
+            "[0.4, 0.6, 0.9]", "{ gradient = [[0, 0, 0], [0, 0.5, 1]] }"
+        )
+    )
     glass = scene.materials["glass"]
     assert scene.lights[0].attenuation.tolist() == [1, 2, 3]
     assert (glass.k_a_texture, glass.k_d_texture) == ("tiles", None)
@@ -97,16 +113,25 @@ def test_a_byte_order_mark_and_windows_line_ends_are_read(tmp_path):
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-@pytest.mark.parametrize("old, new", [
-    ("max_depth = 5", "max_depth = 12"),
-    ("background = [0.4, 0.6, 0.9]", "background = { gradient = [[0.1, 0.2, 0.3], [1, 1, 1]] }"),
-    ("colour = [0.9, 0.9, 0.9]", "colour = [0.9, 0.9, 0.9]\nattenuation = [1, 0.1, 0.01]"),
-    ("k_h = 0.3\n", ""), ("k_h = 0.3", "k_h = [0.3, 0.3, 0.3]"), ("k_d_texture", "k_a_texture"),
-    ('shadows = "opaque"', 'shadows = "tinted"'), ('"full"', '"whitted"'),
-    ('name = "main"', 'name = "from \\"above\\" \\n é"'),
-    ("radius = 1", "radius = 1e-40"), ("radius = 1", "radius = 0.30000001192092896"), ("offset = -1", "offset = -0.0"),
-    ("offset = -1", "offset = 3.4028234e38"), ("offset = -1", "offset = 12345678.9"),
-])
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        ("max_depth = 5", "max_depth = 12"),
+        ("background = [0.4, 0.6, 0.9]", "background = { gradient = [[0.1, 0.2, 0.3], [1, 1, 1]] }"),
+        ("colour = [0.9, 0.9, 0.9]", "colour = [0.9, 0.9, 0.9]\nattenuation = [1, 0.1, 0.01]"),
+        ("k_h = 0.3\n", ""),
+        ("k_h = 0.3", "k_h = [0.3, 0.3, 0.3]"),
+        ("k_d_texture", "k_a_texture"),
+        ('shadows = "opaque"', 'shadows = "tinted"'),
+        ('"full"', '"whitted"'),
+        ('name = "main"', 'name = "from \\"above\\" \\n é"'),
+        ("radius = 1", "radius = 1e-40"),
+        ("radius = 1", "radius = 0.30000001192092896"),
+        ("offset = -1", "offset = -0.0"),
+        ("offset = -1", "offset = 3.4028234e38"),
+        ("offset = -1", "offset = 12345678.9"),
+    ],
+)
 def test_a_scene_saved_and_loaded_has_the_same_bits(tmp_path, old, new, precision):
     with jax.enable_x64(precision == "float64"):
         scene = parse_scene(changed(old, new), precision=precision)
@@ -134,18 +159,26 @@ def scenes(draw) -> Scene:
 
     def material(k_h, textured):
         allowed = {row.name: (np.float32(row.lowest), np.float32(row.highest)) for row in COEFFICIENTS}
-        shown = {row.name: draw(one_or_three(POSITIVE) if row.coloured else POSITIVE.map(np.float32))
-                 for row in COEFFICIENTS}
+        shown = {
+            row.name: draw(one_or_three(POSITIVE) if row.coloured else POSITIVE.map(np.float32)) for row in COEFFICIENTS
+        }
         values = {name: np.clip(value, *allowed[name]) for name, value in shown.items()}
-        return Material(**values | ({} if k_h else {"k_h": None}), k_d_texture=texture if textured else None,
-                        highlight=draw(st.sampled_from(["halfway", "reflected", "off"])))
+        return Material(
+            **values | ({} if k_h else {"k_h": None}),
+            k_d_texture=texture if textured else None,
+            highlight=draw(st.sampled_from(["halfway", "reflected", "off"])),
+        )
 
-    sphere = Sphere("ball", draw(listed(NUMBERS)), np.maximum(draw(POSITIVE.map(np.float32)), np.float32(1e-45)), names[0])
+    sphere = Sphere(
+        "ball", draw(listed(NUMBERS)), np.maximum(draw(POSITIVE.map(np.float32)), np.float32(1e-45)), names[0]
+    )
     colours = draw(st.lists(listed(POSITIVE), min_size=6, max_size=6))
     return Scene(
-        objects=[sphere], materials={name: material(draw(st.booleans()), draw(st.booleans())) for name in names},
+        objects=[sphere],
+        materials={name: material(draw(st.booleans()), draw(st.booleans())) for name in names},
         lights=[PointLight(draw(listed(NUMBERS)), colours[0]), DirectionalLight(np.float32([0, 1, 0]), colours[1])],
-        textures={texture: Checker(np.stack(colours[2:4]), np.float32(0.1))}, ambient=colours[4],
+        textures={texture: Checker(np.stack(colours[2:4]), np.float32(0.1))},
+        ambient=colours[4],
         background=draw(st.sampled_from([ConstantBackground(colours[5]), GradientBackground(colours[4], colours[5])])),
         cameras={names[0]: Camera(np.float32([0, 0, 5]), np.float32([0, 0, 0.1]), np.float32(33.3), 4, 3)},
     )
@@ -157,9 +190,16 @@ def test_any_scene_has_the_same_bits_after_its_text(scene):
     assert_same_scene(scene, parse_scene(scene_text(scene)))
 
 
-@pytest.mark.parametrize("precision, text", [
-    ("float32", "0.1"), ("float64", "0.1"), ("float32", "16777.217"), ("float32", "1e-45"),
-    ("float64", "0.30000000000000004")])
+@pytest.mark.parametrize(
+    "precision, text",
+    [
+        ("float32", "0.1"),
+        ("float64", "0.1"),
+        ("float32", "16777.217"),
+        ("float32", "1e-45"),
+        ("float64", "0.30000000000000004"),
+    ],
+)
 def test_a_number_is_written_as_short_as_its_precision_allows(precision, text):
     with jax.enable_x64(precision == "float64"):
         scene = parse_scene(changed("radius = 1", f"radius = {text}"), precision=precision)
@@ -227,7 +267,9 @@ def test_the_schema_is_plain_json_that_holds_every_table_and_coefficient():
 def test_every_key_is_described():
     schema = scene_schema()
     entries = [definition["properties"] for definition in schema["$defs"].values()] + [schema["properties"]]
-    assert [key for entry in entries for key, field in entry.items() if key != "type" and "description" not in field] == []
+    assert [
+        key for entry in entries for key, field in entry.items() if key != "type" and "description" not in field
+    ] == []
 
 
 def test_importing_starts_no_backend():
@@ -237,13 +279,18 @@ def test_importing_starts_no_backend():
 
 def test_records_made_in_python_are_written_like_those_of_a_file():
     scene = Scene(
-        objects=[Sphere("ball", [0, 0, 0], 1, "red"), Plane("floor", [0, 1, 0], -1, "red"),
-                 Polygon("flag", [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "red")],
-        materials={"red": Material(k_d=[0.8, 0.1, 0.1])}, lights=[PointLight([1, 2, 3], 0.5, attenuation=[1, 0, 0.1])],
+        objects=[
+            Sphere("ball", [0, 0, 0], 1, "red"),
+            Plane("floor", [0, 1, 0], -1, "red"),
+            Polygon("flag", [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "red"),
+        ],
+        materials={"red": Material(k_d=[0.8, 0.1, 0.1])},
+        lights=[PointLight([1, 2, 3], 0.5, attenuation=[1, 0, 0.1])],
     )
     written = tomllib.loads(scene_text(scene))
     assert [entry["type"] for entry in written["object"]] == ["sphere", "plane", "triangle"]
     assert written["light"] == [
-        {"type": "point", "position": [1, 2, 3], "colour": [0.5, 0.5, 0.5], "attenuation": [1, 0, 0.1]}]
+        {"type": "point", "position": [1, 2, 3], "colour": [0.5, 0.5, 0.5], "attenuation": [1, 0, 0.1]}
+    ]
     assert "k_h" not in written["material"][0] and "camera" not in written and "texture" not in written
     assert_same_scene(scene, parse_scene(scene_text(scene)))

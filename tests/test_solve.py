@@ -16,13 +16,21 @@ FACTOR = np.diag([1.0, 0.1])
 @pytest.fixture
 def problem(monkeypatch):
     """Each look finds a loss that is a little larger than it should be, more so each time, and a gradient that is right."""
-    scene = dw.Scene(objects=[dw.Sphere("ball", (0, 0, 0), 1, "ball")], materials={"ball": dw.Material(k_d=0.5, k_h=0.5)}, lights=[dw.PointLight((0, 3, 0), 1)])
+    scene = dw.Scene(
+        objects=[dw.Sphere("ball", (0, 0, 0), 1, "ball")],
+        materials={"ball": dw.Material(k_d=0.5, k_h=0.5)},
+        lights=[dw.PointLight((0, 3, 0), 1)],
+    )
     unknowns, looks = list_unknowns(scene, ["ball.k_d", "ball.k_h"]), []
 
     def factorise(problem, values, sigma):
         looks.append(values)
         found = np.zeros((3, 3))
-        found[:2, :2], found[:2, 2], found[2, 2] = FACTOR, FACTOR @ (np.asarray(values, np.float64) - TRUTH), 1 + 1.5e-7 * len(looks)
+        found[:2, :2], found[:2, 2], found[2, 2] = (
+            FACTOR,
+            FACTOR @ (np.asarray(values, np.float64) - TRUTH),
+            1 + 1.5e-7 * len(looks),
+        )
         return found, ()
 
     monkeypatch.setattr(_solve, "factorise", factorise)
@@ -46,7 +54,9 @@ def test_steps_too_small_for_the_loss_are_judged_by_their_promise(problem, monke
 def test_a_run_goes_on_with_the_boldness_of_the_one_before(problem):
     start = np.array([0.8, 0.2])
     first = _solve.solve(problem, start, max_steps=60, at_rest=near(1e-2))
-    again, bold = (_solve.solve(problem, start, max_steps=60, at_rest=near(1e-2), boldness=b) for b in (None, first.boldness))
+    again, bold = (
+        _solve.solve(problem, start, max_steps=60, at_rest=near(1e-2), boldness=b) for b in (None, first.boldness)
+    )
     assert first.boldness > 1 and len(bold.history) < len(again.history)
 
 

@@ -22,8 +22,16 @@ NAMES = ["ball.k_d", "ball.k_h", "ball.phong_exponent", "floor.k_d"]
 @functools.cache
 def studio():
     objects = [dw.Sphere("ball", (0, 0, 0), 1, "ball"), dw.Plane("ground", (0, 1, 0), -1, "floor")]
-    materials = {"ball": dw.Material(k_d=0.6, k_h=0.3, phong_exponent=30), "floor": dw.Material(k_d=(0.2, 0.4, 0.7), k_h=0)}
-    return dw.Scene(objects=objects, materials=materials, lights=[dw.PointLight((3, 5, 4), 1)], cameras={"main": dw.Camera((0, 1, 5), (0, 0, 0), 40, 48, 36)})
+    materials = {
+        "ball": dw.Material(k_d=0.6, k_h=0.3, phong_exponent=30),
+        "floor": dw.Material(k_d=(0.2, 0.4, 0.7), k_h=0),
+    }
+    return dw.Scene(
+        objects=objects,
+        materials=materials,
+        lights=[dw.PointLight((3, 5, 4), 1)],
+        cameras={"main": dw.Camera((0, 1, 5), (0, 0, 0), 40, 48, 36)},
+    )
 
 
 def view(passes, random, footprint=0):
@@ -39,9 +47,19 @@ def test_some_passes_weigh_as_much_as_all():
     """Pixels from all over the picture, none twice."""
     whole = view(8, np.random.default_rng(0))
     some = some_passes(whole, 2)
-    places = [(float(c), float(r)) for part in some.parts for c, r, there in zip(part.column, part.row, part.there, strict=True) if there]
+    places = [
+        (float(c), float(r))
+        for part in some.parts
+        for c, r, there in zip(part.column, part.row, part.there, strict=True)
+        if there
+    ]
     assert len(set(places)) == len(places) == 2 * 48 * 36 // 8
-    weights = {(int(c), int(r)): w for part in some.parts for c, r, w, t in zip(part.column, part.row, part.weight, part.there, strict=True) if t}
+    weights = {
+        (int(c), int(r)): w
+        for part in some.parts
+        for c, r, w, t in zip(part.column, part.row, part.weight, part.there, strict=True)
+        if t
+    }
     for (column, row), weight in weights.items():
         assert weight == pytest.approx(2 * whole.weight[row, column], rel=1e-6)
     assert {column % 16 for column, _ in places} and max(row for _, row in places) == 35
@@ -66,7 +84,12 @@ def test_squares_have_the_mean_of_their_pixels():
 def test_quarters_of_a_square():
     (part,) = view(1, np.random.default_rng(2), footprint=1).parts
     quarters = finer(eqx.tree_at(lambda v: v.parts, view(1, np.random.default_rng(2), footprint=1), (part,))).parts
-    assert [tuple(map(float, quarter.places[0])) for quarter in quarters] == [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)]
+    assert [tuple(map(float, quarter.places[0])) for quarter in quarters] == [
+        (0.25, 0.25),
+        (0.75, 0.25),
+        (0.25, 0.75),
+        (0.75, 0.75),
+    ]
     assert all(float(quarter.side) == 0.5 for quarter in quarters)
 
 
@@ -85,7 +108,9 @@ def small_parts(monkeypatch):
 
 def test_the_end_is_that_of_a_fit_that_looks_at_all_pixels_from_the_start(small_parts):
     scene = studio()
-    picture = np.asarray(dw.render(scene, scene.cameras["main"])) + 0.01 * np.random.default_rng(3).normal(size=(36, 48, 3)).astype(np.float32)
+    picture = np.asarray(dw.render(scene, scene.cameras["main"])) + 0.01 * np.random.default_rng(3).normal(
+        size=(36, 48, 3)
+    ).astype(np.float32)
     start = {"*.k_*": 0.5, "*.phong_exponent": 10}
     fits = {how: fitting.fit(scene, picture, NAMES, start=start, coarse_to_fine=how) for how in (True, False)}
     assert [stage.name for stage in fits[False].stages] == ["all pixels"]
@@ -104,7 +129,12 @@ def test_a_small_thing_that_no_first_pixel_shows_is_found_all_the_same(small_par
     camera = scene.cameras["main"]
     picture = np.asarray(dw.render(scene, camera))
     pixel = np.arange(48 * 36).reshape(36, 48)
-    result = fitting.fit(scene, fitting.Target(picture, mask=(pixel % 8 == 3).astype(float)), ["ball.k_d", "floor.k_d"], start={"*.k_d": 0.5})
+    result = fitting.fit(
+        scene,
+        fitting.Target(picture, mask=(pixel % 8 == 3).astype(float)),
+        ["ball.k_d", "floor.k_d"],
+        start={"*.k_d": 0.5},
+    )
     assert result.status == "converged" and result["ball.k_d"].value == pytest.approx(0.6, abs=1e-4)
 
 

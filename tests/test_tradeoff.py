@@ -99,10 +99,22 @@ def folder(tmp_path_factory):
     (folder / "scene.toml").write_text(SCENE)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
-        few = [dataclasses.replace(knob, sweep={"depth": (2,), "samples": (1, 3)}.get(knob.name, knob.sweep[:1])) for knob in FIT_KNOBS]
+        few = [
+            dataclasses.replace(knob, sweep={"depth": (2,), "samples": (1, 3)}.get(knob.name, knob.sweep[:1]))
+            for knob in FIT_KNOBS
+        ]
         patch.setitem(tradeoff_of_fits.__kwdefaults__, "knobs", few)
         patch.setitem(tradeoff_of_fits.__kwdefaults__, "combinations", ())
-        arguments = ["--out", str(folder / "out"), "--tolerance", "1/50", "--free", "mirror.k_[as]", "--free", "floor.k_s"]
+        arguments = [
+            "--out",
+            str(folder / "out"),
+            "--tolerance",
+            "1/50",
+            "--free",
+            "mirror.k_[as]",
+            "--free",
+            "floor.k_s",
+        ]
         assert main(["tradeoff", str(folder / "scene.toml"), *arguments]) == 0
     yield folder
     jax.config.update("jax_compilation_cache_dir", None)
@@ -117,16 +129,32 @@ def test_every_knob_is_a_field_with_a_row():
     assert all(dw.Settings().only(**{knob.name: value}) for knob in dw.KNOBS for value in knob.sweep)
 
 
-@pytest.mark.parametrize("values, text", [
-    ({}, "depth 5, 1 point"), ({"depth": 4, "footprint": 1}, "depth 4, footprint 1"), ({"samples": 4}, "depth 5, 4 x 4 points"),
-    ({"cutoff": 1 / 256, "antialias": 0.1}, "depth 5, cutoff 0.0039, antialias 0.1"), ({"precision": "float64"}, "depth 5, float64, 1 point")])
+@pytest.mark.parametrize(
+    "values, text",
+    [
+        ({}, "depth 5, 1 point"),
+        ({"depth": 4, "footprint": 1}, "depth 4, footprint 1"),
+        ({"samples": 4}, "depth 5, 4 x 4 points"),
+        ({"cutoff": 1 / 256, "antialias": 0.1}, "depth 5, cutoff 0.0039, antialias 0.1"),
+        ({"precision": "float64"}, "depth 5, float64, 1 point"),
+    ],
+)
 def test_settings_read_as_text(values, text):
     assert str(dw.Settings(**values)) == text
 
 
-@pytest.mark.parametrize("values, message", [
-    ({"depth": 0}, "depth = 0"), ({"cutoff": 1}, "cutoff = 1"), ({"samples": 1.5}, "samples = 1.5"), ({"footprint": -1}, "footprint = -1"),
-    ({"antialias": -0.1}, "antialias = -0.1"), ({"precision": "half"}, "precision = 'half'"), ({"samples": 2, "footprint": 1}, "one of the two")])
+@pytest.mark.parametrize(
+    "values, message",
+    [
+        ({"depth": 0}, "depth = 0"),
+        ({"cutoff": 1}, "cutoff = 1"),
+        ({"samples": 1.5}, "samples = 1.5"),
+        ({"footprint": -1}, "footprint = -1"),
+        ({"antialias": -0.1}, "antialias = -0.1"),
+        ({"precision": "half"}, "precision = 'half'"),
+        ({"samples": 2, "footprint": 1}, "one of the two"),
+    ],
+)
 def test_settings_that_are_none_are_refused(values, message):
     with pytest.raises(dw.SceneError, match=message):
         dw.Settings(**values)
@@ -148,7 +176,9 @@ def test_a_tracer_gives_the_picture_of_render(tracer, values):
     image = dw.render(tracer.scene, tracer.camera, **settings.options())
     np.testing.assert_allclose(tracer.trace(settings).pixels, np.asarray(image).reshape(-1, 3), atol=1e-6)
     some = np.arange(5, 700, 7)
-    np.testing.assert_allclose(tracer.trace_spread(settings, some).pixels, np.asarray(image).reshape(-1, 3)[some], atol=1e-6)
+    np.testing.assert_allclose(
+        tracer.trace_spread(settings, some).pixels, np.asarray(image).reshape(-1, 3)[some], atol=1e-6
+    )
 
 
 def test_pixels_that_need_more_room_are_dealt_to_more_passes(tracer):
@@ -190,12 +220,20 @@ def test_references_converge_to_many_points(tracer, truth):
 
 
 def brute_force(points):
-    return [not any(o.seconds <= p.seconds and o.error <= p.error and (o.seconds < p.seconds or o.error < p.error) for o in points) for p in points]
+    return [
+        not any(
+            o.seconds <= p.seconds and o.error <= p.error and (o.seconds < p.seconds or o.error < p.error)
+            for o in points
+        )
+        for p in points
+    ]
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_the_front_is_what_nothing_else_beats(seed):
-    grid = np.random.default_rng(seed).integers(0, 6, (25, 2)) if seed % 2 else np.random.default_rng(seed).random((25, 2))
+    grid = (
+        np.random.default_rng(seed).integers(0, 6, (25, 2)) if seed % 2 else np.random.default_rng(seed).random((25, 2))
+    )
     points = [Candidate(*pair) for pair in grid]
     assert front(points) == brute_force(points)
 
@@ -207,7 +245,13 @@ class Candidate:
 
 
 def test_combinations_are_foretold(tracer, truth, candidates):
-    together = [c for c in candidates if c.settings.depth in (1, 4) and c.settings.samples in (2, 4) or c.settings == dw.Settings(depth=4, footprint=2)]
+    together = [
+        c
+        for c in candidates
+        if c.settings.depth in (1, 4)
+        and c.settings.samples in (2, 4)
+        or c.settings == dw.Settings(depth=4, footprint=2)
+    ]
     assert len(together) > 4
     for found in together:
         traced = tracer.trace(found.settings)
@@ -216,7 +260,9 @@ def test_combinations_are_foretold(tracer, truth, candidates):
 
 
 def test_a_tighter_tolerance_costs_no_less(candidates):
-    costs = [cheapest(candidates, tolerance).seconds for tolerance in np.geomspace(1, min(c.error for c in candidates), 40)]
+    costs = [
+        cheapest(candidates, tolerance).seconds for tolerance in np.geomspace(1, min(c.error for c in candidates), 40)
+    ]
     assert costs == sorted(costs) and costs[0] < costs[-1]
 
 
@@ -240,10 +286,18 @@ def test_render_takes_a_tolerance(tracer):
         dw.render(tracer.scene, tracer.camera, tolerance=0.1, samples=2)
 
 
-@pytest.mark.parametrize("bound, message", [
-    ({}, "one of the two"), ({"tolerance": 0.1, "time_budget": 1}, "one of the two"), ({"tolerance": 0}, "tolerance = 0"),
-    ({"tolerance": "a"}, "tolerance = 'a'"), ({"time_budget": float("nan")}, "time budget = nan"),
-    ({"tolerance": 1e-9}, "no settings of the table are so accurate here; .* so ask for"), ({"time_budget": 1e-9}, "cheapest settings of the table")])
+@pytest.mark.parametrize(
+    "bound, message",
+    [
+        ({}, "one of the two"),
+        ({"tolerance": 0.1, "time_budget": 1}, "one of the two"),
+        ({"tolerance": 0}, "tolerance = 0"),
+        ({"tolerance": "a"}, "tolerance = 'a'"),
+        ({"time_budget": float("nan")}, "time budget = nan"),
+        ({"tolerance": 1e-9}, "no settings of the table are so accurate here; .* so ask for"),
+        ({"time_budget": 1e-9}, "cheapest settings of the table"),
+    ],
+)
 def test_bounds_that_cannot_be_met_are_refused(tracer, bound, message):
     with pytest.raises(dw.InputError, match=message):
         dw.choose(tracer.scene, tracer.camera, **bound)
@@ -270,26 +324,41 @@ def measured(*points, difference=1e-4, tolerance=1 / 255):
     return Tradeoff(8, 6, made, dw.Settings(), tolerance, "many trees", difference, 5, 1.0, np.zeros((6, 8, 3)))
 
 
-OWN, FINE, FINER = (dw.Settings(), 0.05, 0.01), (dw.Settings(depth=4, footprint=1), 0.0035, 0.21), (dw.Settings(footprint=2), 0.002, 0.651)
+OWN, FINE, FINER = (
+    (dw.Settings(), 0.05, 0.01),
+    (dw.Settings(depth=4, footprint=1), 0.0035, 0.21),
+    (dw.Settings(footprint=2), 0.002, 0.651),
+)
 
 
 def test_the_recommendation_names_settings_cost_and_the_next_step():
     assert recommendation(measured(OWN, FINE, FINER)) == (
-        "For 1/255: depth 4, footprint 1: 210 ms, error 0.0035; the next step down in error, depth 5, footprint 2 with 0.002, costs 3.1 times.")
+        "For 1/255: depth 4, footprint 1: 210 ms, error 0.0035; the next step down in error, depth 5, footprint 2 with 0.002, costs 3.1 times."
+    )
     assert recommendation(measured(OWN, FINE)).endswith("No setting here is more accurate by a fifth or more.")
-    assert "no setting is so accurate here; the nearest is depth 4, footprint 1: error 0.0035" in recommendation(measured(OWN, FINE, tolerance=1e-3))
+    assert "no setting is so accurate here; the nearest is depth 4, footprint 1: error 0.0035" in recommendation(
+        measured(OWN, FINE, tolerance=1e-3)
+    )
 
 
 def test_a_reference_that_has_not_converged_is_called_so():
     good, bad = measured(OWN, FINE, difference=3e-4), measured(OWN, FINE, difference=4e-4)
     assert (good.converged, bad.converged) == (True, False)
     assert sentences(good)[2].endswith("1/12 of the smallest error.")
-    assert "more than a tenth of the smallest error, 0.0035: it has not converged, and errors below 0.004 are uncertain" in sentences(bad)[2]
+    assert (
+        "more than a tenth of the smallest error, 0.0035: it has not converged, and errors below 0.004 are uncertain"
+        in sentences(bad)[2]
+    )
 
 
 def test_an_infinite_bound_is_said_in_words():
     assert [(bound_value(bound), bound_text(bound)) for bound in (None, np.inf, 0.0, 0.123, 112.4)] == [
-        (None, "not bounded"), ("Infinity", "infinite"), (0.0, "0"), (0.123, "0.12"), (112.4, "112")]
+        (None, "not bounded"),
+        ("Infinity", "infinite"),
+        (0.0, "0"),
+        (0.123, "0.12"),
+        (112.4, "112"),
+    ]
 
 
 # The command.
@@ -302,13 +371,19 @@ def test_the_command_leaves_files_that_can_be_read(folder):
     assert len(rows) == len(found["points"]) > 20
     assert set(found["points"][0]["settings"]) == {knob.name for knob in dw.KNOBS} <= set(rows[0])
     assert {sweep for point in found["points"] for sweep in point["sweeps"]} >= {knob.name for knob in dw.KNOBS}
-    assert found["reference"]["converged"] == (found["reference"]["difference"] <= CONVERGED * min(p["rmse"] for p in found["points"]))
+    assert found["reference"]["converged"] == (
+        found["reference"]["difference"] <= CONVERGED * min(p["rmse"] for p in found["points"])
+    )
     made = [Candidate(p["seconds"], p["rmse"]) for p in found["points"]]
-    assert [p["on_front"] for p in found["points"]] == front(made) == brute_force([dataclasses.replace(c) for c in made])
+    assert (
+        [p["on_front"] for p in found["points"]] == front(made) == brute_force([dataclasses.replace(c) for c in made])
+    )
     bounds = {point["text"]: point["bound"] for point in found["points"]}
     by_depth = [bounds[f"depth {depth}, footprint 1"] for depth in (1, 2, 3, 4)]
     assert by_depth == sorted(by_depth, reverse=True) and bounds["depth 2, antialias 0.1"] is None
-    assert [row["bound"] for row in rows] == ["" if point["bound"] is None else str(point["bound"]) for point in found["points"]]
+    assert [row["bound"] for row in rows] == [
+        "" if point["bound"] is None else str(point["bound"]) for point in found["points"]
+    ]
     page = (folder / "out/tradeoff.html").read_text()
     assert "<svg" in page and not re.search(r"""(src|href)=["']?(https?:|//)""", page)
     assert (folder / "out/tradeoff.png").read_bytes().startswith(b"\x89PNG")
@@ -324,7 +399,9 @@ def test_fits_are_in_the_files_too(folder):
     for row, point in zip(rows, found["points"], strict=True):
         errors = {name: abs(c["value"] - found["truth"][name]) for name, c in point["coefficients"].items()}
         assert {name: float(row[f"{name} error"]) for name in errors} == pytest.approx(errors)
-        assert point["largest"] == pytest.approx(max(errors.values()), abs=1e-6) and row["largest_of"] == max(errors, key=errors.get)
+        assert point["largest"] == pytest.approx(max(errors.values()), abs=1e-6) and row["largest_of"] == max(
+            errors, key=errors.get
+        )
     assert points["depth 2, 3 x 3 points"]["largest"] < points["depth 2, 1 point"]["largest"]
     page = (folder / "out/tradeoff.html").read_text()
     assert found["sentence"] in page and page.count("<svg") == 2
@@ -337,7 +414,10 @@ def test_render_remembers_what_it_found(folder, monkeypatch, capsys):
     assert main(arguments) == 0 and main(arguments) == 0
     first, again = re.findall("^within 1/20: .*$", capsys.readouterr().out, re.M)
     assert again == f"{first} (found before; .scene.choices.json)"
-    assert re.search(r"error 0\.0\d+ \(RMSE, linear RGB\) on 384 pixels that the search did not see, against 8 x 8 filtered trees", first)
+    assert re.search(
+        r"error 0\.0\d+ \(RMSE, linear RGB\) on 384 pixels that the search did not see, against 8 x 8 filtered trees",
+        first,
+    )
 
 
 def test_a_choice_that_cannot_be_kept_is_made_all_the_same(folder, tmp_path, monkeypatch, capsys):
@@ -349,16 +429,22 @@ def test_a_choice_that_cannot_be_kept_is_made_all_the_same(folder, tmp_path, mon
     assert sorted(path.name for path in tmp_path.iterdir()) == [".scene.choices.json", "a.exr", "scene.toml"]
 
 
-@pytest.mark.parametrize("arguments, message", [
-    (["tradeoff", "--tolerance", "0"], "--tolerance 0: allowed is a number above 0, or a fraction such as 1/255"),
-    (["tradeoff", "--tolerance", "1/0"], "--tolerance 1/0: allowed"), (["tradeoff", "--camera", "side"], "--camera side: there is no such camera"),
-    (["tradeoff", "--free", "mirror.k_x", "--out", "new"], "'mirror.k_x' matches no coefficient"),
-    (["tradeoff", "--start", "mirror.k_s=0.2"], "--start without --free"),
-    (["tradeoff", "--free", "mirror.k_s", "--start", "mirror.k_s=2"], "outside its bounds 0 to 1"),
-    (["tradeoff", "--out", "scene.toml"], "cannot write scene.toml"), (["render", "-o", "a.exr", "--tolerance", "x"], "--tolerance x: allowed"),
-    (["render", "-o", "a.exr", "--tolerance", "1/9", "--time-budget", "1"], "one of the two"),
-    (["render", "-o", "a.exr", "--time-budget", "nan"], "--time-budget nan: allowed"),
-    (["render", "-o", "a.exr", "--tolerance", "1/9", "--depth", "3"], "--tolerance with --depth")])
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (["tradeoff", "--tolerance", "0"], "--tolerance 0: allowed is a number above 0, or a fraction such as 1/255"),
+        (["tradeoff", "--tolerance", "1/0"], "--tolerance 1/0: allowed"),
+        (["tradeoff", "--camera", "side"], "--camera side: there is no such camera"),
+        (["tradeoff", "--free", "mirror.k_x", "--out", "new"], "'mirror.k_x' matches no coefficient"),
+        (["tradeoff", "--start", "mirror.k_s=0.2"], "--start without --free"),
+        (["tradeoff", "--free", "mirror.k_s", "--start", "mirror.k_s=2"], "outside its bounds 0 to 1"),
+        (["tradeoff", "--out", "scene.toml"], "cannot write scene.toml"),
+        (["render", "-o", "a.exr", "--tolerance", "x"], "--tolerance x: allowed"),
+        (["render", "-o", "a.exr", "--tolerance", "1/9", "--time-budget", "1"], "one of the two"),
+        (["render", "-o", "a.exr", "--time-budget", "nan"], "--time-budget nan: allowed"),
+        (["render", "-o", "a.exr", "--tolerance", "1/9", "--depth", "3"], "--tolerance with --depth"),
+    ],
+)
 def test_bad_input_is_one_message(folder, monkeypatch, capsys, arguments, message):
     monkeypatch.chdir(folder)
     assert main([arguments[0], "scene.toml", *arguments[1:]]) == 2

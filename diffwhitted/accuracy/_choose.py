@@ -68,8 +68,14 @@ def measure(scene: Scene, camera: Camera, settings: Settings) -> Measured:
     return _whole(Tracer(in_precision(scene, settings.precision), camera), settings)
 
 
-def choose(scene: Scene, camera: Camera, *, tolerance: float | None = None, time_budget: float | None = None,
-           on_work: Callable[[str], None] | None = None) -> Choice:
+def choose(
+    scene: Scene,
+    camera: Camera,
+    *,
+    tolerance: float | None = None,
+    time_budget: float | None = None,
+    on_work: Callable[[str], None] | None = None,
+) -> Choice:
     """The cheapest settings whose error is within `tolerance`, or the most accurate that take `time_budget` seconds or less.
 
     - `tolerance`: largest RMSE in linear RGB, against a far more accurate reference: more depth, more trees.
@@ -82,7 +88,9 @@ def choose(scene: Scene, camera: Camera, *, tolerance: float | None = None, time
     """
     bound = _bound(tolerance, time_budget)
     if any(map(is_traced, jax.tree.leaves((scene, camera)))):
-        raise InputError("choose: the values of the scene or camera are traced, so there is nothing to measure; call it outside jit, grad or vmap")
+        raise InputError(
+            "choose: the values of the scene or camera are traced, so there is nothing to measure; call it outside jit, grad or vmap"
+        )
     say = on_work or (lambda text: None)
     search, check = _parts(camera.width * camera.height)
     whole = Tracer(scene, camera)
@@ -100,7 +108,11 @@ def choose(scene: Scene, camera: Camera, *, tolerance: float | None = None, time
         found = _whole(whole, settings)
         return found, rmse(found.image.reshape(-1, 3)[check], at["check"])
 
-    ends = _for_tolerance(candidates, bound, trial) if tolerance is not None else _for_budget(candidates, bound, trial, len(whole.all_pixels) / len(search))
+    ends = (
+        _for_tolerance(candidates, bound, trial)
+        if tolerance is not None
+        else _for_budget(candidates, bound, trial, len(whole.all_pixels) / len(search))
+    )
     return Choice(*ends, len(check), _stated(truth), candidates)
 
 
@@ -120,8 +132,10 @@ def _for_tolerance(candidates: Sequence[Candidate], tolerance: float, trial: Tri
         if found is least:
             break
         wanted = min(0.999 * found.error, MARGIN * tolerance * found.error / error)
-    raise InputError(f"tolerance = {tolerance:.3g}: no settings of the table are so accurate here; {least.settings} reaches "
-                     f"{reached:.2g}, so ask for {1.2 * reached:.2g} or more")
+    raise InputError(
+        f"tolerance = {tolerance:.3g}: no settings of the table are so accurate here; {least.settings} reaches "
+        f"{reached:.2g}, so ask for {1.2 * reached:.2g} or more"
+    )
 
 
 def _for_budget(candidates: Sequence[Candidate], budget: float, trial: Trial, scale: float) -> tuple[Measured, float]:
@@ -144,8 +158,10 @@ def _for_budget(candidates: Sequence[Candidate], budget: float, trial: Trial, sc
     if best is None:
         least = min(candidates, key=lambda c: c.seconds)
         measured, _ = trial(least.settings)
-        raise InputError(f"time budget of {budget:.3g} s: the cheapest settings of the table, {least.settings}, take {measured.seconds:.2g} s here; "
-                         "allow more, or ask for a smaller picture")
+        raise InputError(
+            f"time budget of {budget:.3g} s: the cheapest settings of the table, {least.settings}, take {measured.seconds:.2g} s here; "
+            "allow more, or ask for a smaller picture"
+        )
     return best
 
 
@@ -186,7 +202,9 @@ def _bound(tolerance: float | None, time_budget: float | None) -> float:
     except (TypeError, ValueError):
         bound = np.nan
     if not (isfinite(bound) and bound > 0):
-        raise InputError(f"{name} = {value!r}; allowed is a number above 0, such as {'1/255' if name == 'tolerance' else '0.1 (seconds)'}")
+        raise InputError(
+            f"{name} = {value!r}; allowed is a number above 0, such as {'1/255' if name == 'tolerance' else '0.1 (seconds)'}"
+        )
     return bound
 
 

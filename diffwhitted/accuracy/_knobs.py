@@ -73,28 +73,71 @@ class Settings:
     """A value for each knob. Raises `SceneError` for a value that is none, and for two ways to sample a pixel at once."""
 
     depth: int = _row(
-        5, costs="rays: every level more follows the reflected and refracted rays of the one before", off=DEEPEST,
-        controls="light that arrives over more mirrors and glass than the depth", sweep=(1, 2, 3, 4, 5, 6, 8, 12, 16),
-        group="tree", text="depth {}", argument="max_depth", check=lambda v: whole_number(v, "depth", highest=DEEPEST))
+        5,
+        costs="rays: every level more follows the reflected and refracted rays of the one before",
+        off=DEEPEST,
+        controls="light that arrives over more mirrors and glass than the depth",
+        sweep=(1, 2, 3, 4, 5, 6, 8, 12, 16),
+        group="tree",
+        text="depth {}",
+        argument="max_depth",
+        check=lambda v: whole_number(v, "depth", highest=DEEPEST),
+    )
     cutoff: float = _row(
-        0.0, costs="rays: a smaller cutoff follows fainter branches", off=0.0,
-        controls="light of the branches that carry less than the cutoff", sweep=(0.0, 1 / 1024, 1 / 256, 1 / 64, 1 / 16),
-        group="tree", text="cutoff {:.2g}", argument="cutoff", check=_cutoff)
+        0.0,
+        costs="rays: a smaller cutoff follows fainter branches",
+        off=0.0,
+        controls="light of the branches that carry less than the cutoff",
+        sweep=(0.0, 1 / 1024, 1 / 256, 1 / 64, 1 / 16),
+        group="tree",
+        text="cutoff {:.2g}",
+        argument="cutoff",
+        check=_cutoff,
+    )
     samples: int = _row(
-        1, costs="time in proportion to n x n points a pixel", off=1,
-        controls="edges and textures that a pixel sees in part; falls slowly", sweep=(1, 2, 3, 4, 6, 8),
-        group="pixel", text="{0} x {0} points", argument="samples", check=lambda v: whole_number(v, "samples"))
+        1,
+        costs="time in proportion to n x n points a pixel",
+        off=1,
+        controls="edges and textures that a pixel sees in part; falls slowly",
+        sweep=(1, 2, 3, 4, 6, 8),
+        group="pixel",
+        text="{0} x {0} points",
+        argument="samples",
+        check=lambda v: whole_number(v, "samples"),
+    )
     footprint: int = _row(
-        0, costs="about 4 times a point for one tree, and k x k times that", off=0,
-        controls="edges and textures that a pixel sees in part; what is left is the curvature within a tree", sweep=(0, 1, 2),
-        group="pixel", text="footprint {}", argument="footprint", check=_footprint)
+        0,
+        costs="about 4 times a point for one tree, and k x k times that",
+        off=0,
+        controls="edges and textures that a pixel sees in part; what is left is the curvature within a tree",
+        sweep=(0, 1, 2),
+        group="pixel",
+        text="footprint {}",
+        argument="footprint",
+        check=_footprint,
+    )
     antialias: float = _row(
-        0.0, costs="time: a smaller threshold divides more pixels", off=0.0,
-        controls="edges and textures of points, where the corners of a pixel differ by more than the threshold", sweep=(0.3, 0.1, 0.03),
-        group="pixel", text="antialias {:.2g}", argument="antialias", check=_antialias)
+        0.0,
+        costs="time: a smaller threshold divides more pixels",
+        off=0.0,
+        controls="edges and textures of points, where the corners of a pixel differ by more than the threshold",
+        sweep=(0.3, 0.1, 0.03),
+        group="pixel",
+        text="antialias {:.2g}",
+        argument="antialias",
+        check=_antialias,
+    )
     precision: str = _row(
-        "float32", costs="memory and time, up to twice", off="float32", controls="rounding, far below the other errors of a picture",
-        sweep=("float32", "float64"), group="arithmetic", text="{}", argument=None, check=_precision)
+        "float32",
+        costs="memory and time, up to twice",
+        off="float32",
+        controls="rounding, far below the other errors of a picture",
+        sweep=("float32", "float64"),
+        group="arithmetic",
+        text="{}",
+        argument=None,
+        check=_precision,
+    )
 
     def __post_init__(self):
         for knob in KNOBS:
@@ -121,11 +164,17 @@ class Settings:
     @classmethod
     def of(cls, scene: Scene) -> "Settings":
         """What `render(scene, camera)` uses."""
-        return cls(depth=scene.max_depth, cutoff=float(scene.cutoff), footprint=scene.footprint, precision=scene.precision)
+        return cls(
+            depth=scene.max_depth, cutoff=float(scene.cutoff), footprint=scene.footprint, precision=scene.precision
+        )
 
     def options(self) -> dict[str, Any]:
         """The arguments of `diffwhitted.render`."""
-        return {knob.argument: self[knob] for knob in KNOBS if knob.argument and not (knob.name == "antialias" and not self.antialias)}
+        return {
+            knob.argument: self[knob]
+            for knob in KNOBS
+            if knob.argument and not (knob.name == "antialias" and not self.antialias)
+        }
 
     def only(self, **values: Any) -> "Settings":
         """These values, and the other knobs of exclusive groups among them off."""
@@ -144,7 +193,9 @@ class Settings:
             found = [other for knob in knobs for other in self.alone(knob)]
         else:
             values = itertools.product(*(dict.fromkeys((self[knob], *knob.sweep)) for knob in knobs))
-            found = [replace(self, **dict(zip((knob.name for knob in knobs), chosen, strict=True))) for chosen in values]
+            found = [
+                replace(self, **dict(zip((knob.name for knob in knobs), chosen, strict=True))) for chosen in values
+            ]
         return tuple(dict.fromkeys((self, *found)))
 
     def with_group(self, other: "Settings", group: str) -> "Settings":

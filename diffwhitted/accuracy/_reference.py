@@ -40,8 +40,12 @@ class Reference:
         return f"{least} x {least} filtered trees a pixel of depth {depth}{finer}"
 
 
-def reference(tracer: Tracer, pixels: np.ndarray | None = None, wanted: Callable[[np.ndarray], float] = lambda pixels: 0.0,
-              on_work: Callable[[float], None] | None = None) -> Reference:
+def reference(
+    tracer: Tracer,
+    pixels: np.ndarray | None = None,
+    wanted: Callable[[np.ndarray], float] = lambda pixels: 0.0,
+    on_work: Callable[[float], None] | None = None,
+) -> Reference:
     """The picture of these pixels (all by default), refined until a quarter of the trees differs by `wanted(picture)` (RMSE) or less.
 
     Filtered trees of 1/k of a pixel converge to the area of the pixel as k grows, and faster than points do. `on_work` is

@@ -32,8 +32,13 @@ def sweeps(tracer: Tracer, base: Settings) -> dict[str, tuple[Settings, ...]]:
     return {"pixel": base.alternatives("pixel"), "tree": base.alternatives("tree") if tracer.branches else (base,)}
 
 
-def survey(tracer: Tracer, truth: np.ndarray, pixels: np.ndarray, rounds: int = ROUNDS,
-           on_setting: Callable[[Settings], None] | None = None) -> tuple[Candidate, ...]:
+def survey(
+    tracer: Tracer,
+    truth: np.ndarray,
+    pixels: np.ndarray,
+    rounds: int = ROUNDS,
+    on_setting: Callable[[Settings], None] | None = None,
+) -> tuple[Candidate, ...]:
     """All settings of the table, cheapest first.
 
     Traced are those that differ from the base in one group alone. What two groups do together is nearly the sum of what

@@ -122,8 +122,14 @@ class Tracer:
         part = len(pixels) / len(picture)
         return Traced(settings, picture[pixels], round(part * found.rays), part * seconds)
 
-    def _films(self, settings: Settings, column: np.ndarray, row: np.ndarray, groups: list["Places"],
-               beyond: Beyond | None = None) -> tuple[np.ndarray, int, float]:
+    def _films(
+        self,
+        settings: Settings,
+        column: np.ndarray,
+        row: np.ndarray,
+        groups: list["Places"],
+        beyond: Beyond | None = None,
+    ) -> tuple[np.ndarray, int, float]:
         """The sum over places at each corner (n, 3), the rays other than camera rays, and the seconds; with `beyond`, of what is left out."""
         plan, scene = self.compiled(settings, beyond), self.scene.with_cutoff(settings.cutoff)
         how = jnp.asarray(settings.depth, jnp.int32), jnp.asarray(1 / max(settings.footprint, 1), scene.dtype), beyond
@@ -141,11 +147,17 @@ class Tracer:
             if max(int(most) for film in films for _, most, _ in film) <= plan.capacity:
                 break
             if count >= len(column):
-                raise CapacityError(f"the tree of one ray needs more room than {plan.capacity} rays; lower the depth or raise the cutoff")
+                raise CapacityError(
+                    f"the tree of one ray needs more room than {plan.capacity} rays; lower the depth or raise the cutoff"
+                )
             count = min(2 * count, len(column))
         self._crowded[settings] = count / fewest
         total = np.stack([sum(np.asarray(part, np.float64) for part, _, _ in film) for film in films])
-        return total.transpose(2, 0, 1).reshape(-1, 3)[: len(column)], sum(int(more) for film in films for _, _, more in film), seconds
+        return (
+            total.transpose(2, 0, 1).reshape(-1, 3)[: len(column)],
+            sum(int(more) for film in films for _, _, more in film),
+            seconds,
+        )
 
     def compiled(self, settings: Settings, beyond: Beyond | None = None) -> Plan:
         """The plan that serves these settings, its program compiled. What is left out does not hang on shadows."""
@@ -156,7 +168,9 @@ class Tracer:
             begun = time.perf_counter()
             nobody = _dealt(plan, *np.zeros((2, 1), self.scene.dtype), 1)[0]
             places = _place_groups(1, self.scene.dtype)[0]
-            _pass.lower(self.scene, self.camera, plan, nobody, *places, jnp.int32(1), jnp.asarray(1, self.scene.dtype), beyond).compile()
+            _pass.lower(
+                self.scene, self.camera, plan, nobody, *places, jnp.int32(1), jnp.asarray(1, self.scene.dtype), beyond
+            ).compile()
             self.seconds_compile += time.perf_counter() - begun
             self._compiled.add(program)
         return plan
@@ -165,7 +179,9 @@ class Tracer:
         """One plan for points and one for footprints, as deep as settings may be, with a cutoff where anything branches."""
         kind = bool(settings.footprint)
         if kind not in self._plans:
-            plan = make_plan(self.scene, self._sized, max_depth=DEEPEST, capacity=likely_room(self._sized), footprint=int(kind))
+            plan = make_plan(
+                self.scene, self._sized, max_depth=DEEPEST, capacity=likely_room(self._sized), footprint=int(kind)
+            )
             branching = plan.effects.reflection or plan.effects.refraction
             self._plans[kind] = replace(plan, effects=replace(plan.effects, cutoff=branching))
         return self._plans[kind]
@@ -191,7 +207,10 @@ def _place_groups(side: int, dtype) -> list[Places]:
     """The middles of side x side squares of a pixel, so many at a time as a program takes."""
     places = _places(side).astype(dtype)
     groups = np.pad(places, ((0, -len(places) % MOST_PLACES), (0, 0))).reshape(-1, MOST_PLACES, 2)
-    return [(jnp.asarray(group), jnp.int32(min(MOST_PLACES, len(places) - MOST_PLACES * n))) for n, group in enumerate(groups)]
+    return [
+        (jnp.asarray(group), jnp.int32(min(MOST_PLACES, len(places) - MOST_PLACES * n)))
+        for n, group in enumerate(groups)
+    ]
 
 
 def _dealt(plan: Plan, column: np.ndarray, row: np.ndarray, count: int) -> list[Corners]:
@@ -203,7 +222,9 @@ def _dealt(plan: Plan, column: np.ndarray, row: np.ndarray, count: int) -> list[
 
 
 @eqx.filter_jit
-def _pass(scene: Scene, camera: Camera, plan: Plan, corners: Corners, places, count, depth, side, beyond: Beyond | None = None):
+def _pass(
+    scene: Scene, camera: Camera, plan: Plan, corners: Corners, places, count, depth, side, beyond: Beyond | None = None
+):
     """The sum of the films of `count` places (3, pixels); of their descendants, the largest number and the sum.
 
     With `beyond` the film is of the most light that the branches that are not followed could bring.

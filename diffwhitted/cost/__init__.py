@@ -5,4 +5,14 @@ from ._explain import ExplainedEffect, Explanation, explain
 from ._rays import RayCounts, RayMaps, ray_maps
 from ._work import Work
 
-__all__ = ["EffectCost", "ExplainedEffect", "Explanation", "PictureCost", "RayCounts", "RayMaps", "Work", "explain", "ray_maps"]
+__all__ = [
+    "EffectCost",
+    "ExplainedEffect",
+    "Explanation",
+    "PictureCost",
+    "RayCounts",
+    "RayMaps",
+    "Work",
+    "explain",
+    "ray_maps",
+]

@@ -45,7 +45,9 @@ class PictureCost:
     work: Work
 
 
-def picture_cost(scene: Scene, camera: Camera, plan: Plan, on: Collection[str], say: Callable[[str], None]) -> PictureCost:
+def picture_cost(
+    scene: Scene, camera: Camera, plan: Plan, on: Collection[str], say: Callable[[str], None]
+) -> PictureCost:
     """Measure the picture, the picture without each effect of `on`, and the parts of its work."""
     say("the whole picture")
     _picture(scene, camera, plan)  # what JAX traces and compiles for all of them is there from now on
@@ -58,10 +60,22 @@ def picture_cost(scene: Scene, camera: Camera, plan: Plan, on: Collection[str], 
     say("its parts")
     seconds = timed(pictures | work_programs(scene, camera, plan))
     whole, search, walk = (seconds.pop(name) for name in ("", "search", "walk"))
-    effects = {name: EffectCost(*share_without(whole, less), 1 - pictures[name].seconds_compile / pictures[""].seconds_compile, rays[""] - rays[name])
-               for name, less in seconds.items()}
+    effects = {
+        name: EffectCost(
+            *share_without(whole, less),
+            1 - pictures[name].seconds_compile / pictures[""].seconds_compile,
+            rays[""] - rays[name],
+        )
+        for name, less in seconds.items()
+    }
     overhead, shading = float(np.median(walk / whole)), share_without(whole, search)[0]
-    return PictureCost(float(np.median(whole)), pictures[""].seconds_compile, rays[""], effects, Work(overhead, 1 - overhead - shading, shading))
+    return PictureCost(
+        float(np.median(whole)),
+        pictures[""].seconds_compile,
+        rays[""],
+        effects,
+        Work(overhead, 1 - overhead - shading, shading),
+    )
 
 
 def _picture(scene: Scene, camera: Camera, plan: Plan) -> tuple[Program, int]:
@@ -79,8 +93,13 @@ def _without(scene: Scene, plan: Plan, effect: str) -> tuple[Scene, Plan]:
     """Scene and plan with one effect switched off, and with it those that cannot do without."""
     on = asdict(plan.effects) | {effect: False}
     lit, branching = on["diffuse"] or on["highlight"], on["reflection"] or on["refraction"]
-    needs = {"shadows": lit, "attenuation": lit, "total_internal_reflection": on["refraction"], "nested_media": on["refraction"],
-             "cutoff": branching}
+    needs = {
+        "shadows": lit,
+        "attenuation": lit,
+        "total_internal_reflection": on["refraction"],
+        "nested_media": on["refraction"],
+        "cutoff": branching,
+    }
     on |= {name: on[name] and need for name, need in needs.items()}
     on["tinted_shadows"] = on["tinted_shadows"] and on["shadows"]
     if not on["attenuation"]:

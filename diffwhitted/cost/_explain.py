@@ -41,8 +41,15 @@ class Explanation:
         return content | {"effects": list(content["effects"])}
 
 
-def explain(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_depth: int | None = None, measure: bool = True,
-            on_measure: Callable[[str], None] | None = None) -> Explanation:
+def explain(
+    scene: Scene,
+    camera: Camera,
+    *,
+    free: Collection[str] = (),
+    max_depth: int | None = None,
+    measure: bool = True,
+    on_measure: Callable[[str], None] | None = None,
+) -> Explanation:
     """Every effect with its reason and its cost, the rays by level and kind, and the parts of the work.
 
     - `free`: names of coefficients ("glass.k_s") that a fit leaves free: they keep their effect at 0.
@@ -60,7 +67,11 @@ def explain(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_dep
     rays, room = count_rays(scene, camera, free, max_depth)
     plan = make_plan(scene, camera, free=free, max_depth=max_depth, capacity=room)
     decisions = decide_effects(scene, free, max_depth)
-    cost = picture_cost(scene, camera, plan, [d.name for d in decisions if d.on], on_measure or (lambda words: None)) if measure else None
+    cost = (
+        picture_cost(scene, camera, plan, [d.name for d in decisions if d.on], on_measure or (lambda words: None))
+        if measure
+        else None
+    )
     costs = cost.effects if cost else {}
     effects = tuple(ExplainedEffect(d.name, d.on, d.why, costs.get(d.name)) for d in decisions)
     return Explanation(camera.width, camera.height, plan.max_depth, effects, rays, cost)

@@ -73,7 +73,8 @@ def count_rays(scene: Scene, camera: Camera, free: Collection[str], max_depth: i
     kind = np.asarray(trees.nodes.origin.branch)
     kept = (level > 0) & (level <= depth)
     counts = RayCounts(
-        by_level=tuple(map(int, np.bincount(level[kept], minlength=2)[1:])), by_kind=_by_kind(kind[kept]),
+        by_level=tuple(map(int, np.bincount(level[kept], minlength=2)[1:])),
+        by_kind=_by_kind(kind[kept]),
         background=int((np.asarray(trees.nodes.object)[kept] < 0).sum()),
         shadow=_shadow_rays(scene, camera, plan, trees, kept) if shadows else 0,
         cut_off={name: count for name, count in _by_kind(kind[level > depth]).items() if name != "camera"},
@@ -106,13 +107,25 @@ def _shadow_rays(scene: Scene, camera: Camera, plan: Plan, trees: Record, counte
     (N.H)**0 = 1 where N.L > 0, every ray carries all of its light, and all else is dark.
     """
     black, white = [0.0, 0.0, 0.0], [1.0, 1.0, 1.0]
-    plain = {name: Material(k_h=1.0, k_s=1.0, k_t=1.0, phong_exponent=0.0, refractive_index=m.refractive_index)
-             for name, m in scene.materials.items()}
-    bright = [PointLight(p.position, white) if isinstance(p, PointLight) else DirectionalLight(p.direction, white)
-              for p in scene.lights]
-    counting = Scene(objects=scene.objects, materials=plain, lights=bright, background=ConstantBackground(black),
-                     ambient=black, precision=scene.precision)
+    plain = {
+        name: Material(k_h=1.0, k_s=1.0, k_t=1.0, phong_exponent=0.0, refractive_index=m.refractive_index)
+        for name, m in scene.materials.items()
+    }
+    bright = [
+        PointLight(p.position, white) if isinstance(p, PointLight) else DirectionalLight(p.direction, white)
+        for p in scene.lights
+    ]
+    counting = Scene(
+        objects=scene.objects,
+        materials=plain,
+        lights=bright,
+        background=ConstantBackground(black),
+        ambient=black,
+        precision=scene.precision,
+    )
     trees = eqx.tree_at(lambda t: t.nodes.object, trees, jnp.where(counted, trees.nodes.object, -1))
     effects = replace(plan.effects, ambient=False, diffuse=False, highlight=True, textures=False)
-    film = replay_passes(counting, camera, trees, replace(plan, effects=effects, highlight_models=("halfway",) * len(plain)))
+    film = replay_passes(
+        counting, camera, trees, replace(plan, effects=effects, highlight_models=("halfway",) * len(plain))
+    )
     return round(float(np.asarray(film[..., 0], np.float64).sum()))

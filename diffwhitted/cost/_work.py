@@ -32,7 +32,9 @@ def work_programs(scene: Scene, camera: Camera, plan: Plan) -> dict[str, Program
 
     def search(given):
         scene, number = given
-        return jax.lax.map(lambda place: record(tabulate(scene), camera, plan, grid(plan, camera, number, place)), places)
+        return jax.lax.map(
+            lambda place: record(tabulate(scene), camera, plan, grid(plan, camera, number, place)), places
+        )
 
     searching = compiled(search, [(scene, number) for number in numbers])
 
@@ -42,8 +44,21 @@ def work_programs(scene: Scene, camera: Camera, plan: Plan) -> dict[str, Program
         def points(sample):
             tree, place = sample
             samples = grid(plan, camera, number, place)
-            return replay(tabulate(scene), camera, tree, plan, samples, lambda tables, plan, nodes, at, needed: at.point, forward=True).stacked(axis=0)
+            return replay(
+                tabulate(scene),
+                camera,
+                tree,
+                plan,
+                samples,
+                lambda tables, plan, nodes, at, needed: at.point,
+                forward=True,
+            ).stacked(axis=0)
 
         return jax.lax.map(points, (trees, places))
 
-    return {"search": searching, "walk": compiled(walk, [(scene, number, trees) for number, trees in zip(numbers, searching.run(), strict=True)])}
+    return {
+        "search": searching,
+        "walk": compiled(
+            walk, [(scene, number, trees) for number, trees in zip(numbers, searching.run(), strict=True)]
+        ),
+    }

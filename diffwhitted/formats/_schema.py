@@ -15,8 +15,20 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, create_mo
 
 from .._errors import SceneError
 from ..scene import (
-    COEFFICIENTS, Camera, Checker, Coefficient, DirectionalLight, HighlightModel, Material, Plane, PointLight, Polygon,
-    ShadowModel, Sphere, TotalReflection, shortest,
+    COEFFICIENTS,
+    Camera,
+    Checker,
+    Coefficient,
+    DirectionalLight,
+    HighlightModel,
+    Material,
+    Plane,
+    PointLight,
+    Polygon,
+    ShadowModel,
+    Sphere,
+    TotalReflection,
+    shortest,
 )
 
 
@@ -30,8 +42,10 @@ def _list(item, shortest: int, longest: int | None = None):
 
 def _or_colour(number):
     """A number, or linear RGB; the kind of the value decides which of the two is checked."""
-    return Annotated[Annotated[number, Tag("number")] | Annotated[_list(number, 3, 3), Tag("colour")],
-                     Discriminator(lambda value: "colour" if isinstance(value, list) else "number")]
+    return Annotated[
+        Annotated[number, Tag("number")] | Annotated[_list(number, 3, 3), Tag("colour")],
+        Discriminator(lambda value: "colour" if isinstance(value, list) else "number"),
+    ]
 
 
 def _optional(description: str):
@@ -39,8 +53,12 @@ def _optional(description: str):
     return Field(None, description=description, json_schema_extra=lambda schema: schema.pop("default", None))
 
 
-KEYS = ConfigDict(extra="forbid", strict=True, field_title_generator=lambda key, _: key,
-                  model_title_generator=lambda model: model.__name__.removesuffix("Entry").lower())
+KEYS = ConfigDict(
+    extra="forbid",
+    strict=True,
+    field_title_generator=lambda key, _: key,
+    model_title_generator=lambda model: model.__name__.removesuffix("Entry").lower(),
+)
 Number = _number()
 Vector = _list(Number, 3, 3)
 Colour = _list(_number(minimum=0), 3, 3)
@@ -69,8 +87,10 @@ class Entry(BaseModel):
     def record(self, place: str, dtype):
         """The record, its arrays of `dtype`; raises `SceneError`, which begins with `place`."""
         fields = [field.name for field in dataclasses.fields(self.made) if field.name in type(self).model_fields]
-        return self.made(place=place, **{field: self.value(field, place, dtype) for field in fields
-                                         if getattr(self, field) is not None})
+        return self.made(
+            place=place,
+            **{field: self.value(field, place, dtype) for field in fields if getattr(self, field) is not None},
+        )
 
     def value(self, field: str, place: str, dtype):
         """The value of a field: numbers as an array, text and counts as they are."""
@@ -81,8 +101,10 @@ class Entry(BaseModel):
             array = np.asarray(value, dtype)
         if not np.isfinite(array).all():
             largest = np.ravel(value)[np.abs(value).argmax()]
-            raise SceneError(f"{place}: {field} = {largest:g} is too large for {dtype.name}; allowed is up to "
-                             f"{np.finfo(dtype).max:.3g}. Write the scene in a larger unit, or read it as float64")
+            raise SceneError(
+                f"{place}: {field} = {largest:g} is too large for {dtype.name}; allowed is up to "
+                f"{np.finfo(dtype).max:.3g}. Write the scene in a larger unit, or read it as float64"
+            )
         return array
 
     @classmethod
@@ -91,8 +113,11 @@ class Entry(BaseModel):
         if "type" in cls.model_fields:
             stated = {"type": get_args(cls.model_fields["type"].annotation)[0]} | stated
         held = {field: getattr(record, field, None) for field in cls.model_fields if field not in stated}
-        values = stated | {field: value if isinstance(value, (str, int)) else written(value)
-                           for field, value in held.items() if value is not None}
+        values = stated | {
+            field: value if isinstance(value, (str, int)) else written(value)
+            for field, value in held.items()
+            if value is not None
+        }
         return {field: values[field] for field in cls.model_fields if field in values}
 
 
@@ -110,15 +135,25 @@ class SettingsEntry(Entry):
         Discriminator(lambda value: "gradient table" if isinstance(value, (dict, GradientTable)) else "colour"),
     ] = Field([0.0, 0.0, 0.0], description="Linear RGB, or { gradient = [bottom, top] }.")
     ambient: Colour = Field([1.0, 1.0, 1.0], description="Ambient light I_a, linear RGB; multiplies k_a.")
-    max_depth: int = Field(5, json_schema_extra={"minimum": 1, "maximum": 64}, description=(
-        "Longest path from the camera; the camera ray is depth 1, a ray past the last depth returns black."))
-    total_internal_reflection: TotalReflection = Field("full", description=(
-        "full: all light goes to the mirror ray; whitted: T = 0 and k_s stays."))
+    max_depth: int = Field(
+        5,
+        json_schema_extra={"minimum": 1, "maximum": 64},
+        description=(
+            "Longest path from the camera; the camera ray is depth 1, a ray past the last depth returns black."
+        ),
+    )
+    total_internal_reflection: TotalReflection = Field(
+        "full", description=("full: all light goes to the mirror ray; whitted: T = 0 and k_s stays.")
+    )
     shadows: ShadowModel = Field("opaque", description="tinted: each surface crossed multiplies the light by its k_t.")
-    cutoff: _number(minimum=0, exclusiveMaximum=1) = Field(0, description=(
-        "A branch that would carry less than this in every channel is not followed; 0: all are."))
-    footprint: int = Field(0, json_schema_extra={"minimum": 0, "maximum": 64}, description=(
-        "k: k x k trees a pixel, whose rays average what they meet over their share of it; 0: points."))
+    cutoff: _number(minimum=0, exclusiveMaximum=1) = Field(
+        0, description=("A branch that would carry less than this in every channel is not followed; 0: all are.")
+    )
+    footprint: int = Field(
+        0,
+        json_schema_extra={"minimum": 0, "maximum": 64},
+        description=("k: k x k trees a pixel, whose rays average what they meet over their share of it; 0: points."),
+    )
 
 
 class CameraEntry(Entry):
@@ -130,7 +165,8 @@ class CameraEntry(Entry):
     look_at: Vector = Field(description="A point in the middle of the picture, metres.")
     up: Vector = Field([0.0, 1.0, 0.0], description="Direction that is up in the picture.")
     vfov_deg: _number(exclusiveMinimum=0, exclusiveMaximum=180) = Field(
-        description="Full vertical angle of view, degrees.")
+        description="Full vertical angle of view, degrees."
+    )
     width: Pixels = Field(description="Columns of the picture.")
     height: Pixels = Field(description="Rows of the picture.")
 
@@ -143,7 +179,8 @@ class PointEntry(Entry):
     position: Vector = Field(description="Where the light is, metres.")
     colour: Colour = Field(description="Linear RGB.")
     attenuation: _list(_number(minimum=0), 3, 3) = _optional(
-        "a0, a1 (1/m), a2 (1/m^2): the colour is multiplied by min(1, 1 / (a0 + a1 d + a2 d^2)); no fade without it.")
+        "a0, a1 (1/m), a2 (1/m^2): the colour is multiplied by min(1, 1 / (a0 + a1 d + a2 d^2)); no fade without it."
+    )
 
 
 class DirectionalEntry(Entry):
@@ -174,7 +211,9 @@ def _coefficient(row: Coefficient):
 
 
 MaterialEntry = create_model(
-    "MaterialEntry", __base__=Entry, __doc__="What a surface is made of; a coefficient is a number or linear RGB.",
+    "MaterialEntry",
+    __base__=Entry,
+    __doc__="What a surface is made of; a coefficient is a number or linear RGB.",
     name=(Name, Field(description="Name of the material, one of a kind.")),
     **{row.name: _coefficient(row) for row in COEFFICIENTS},
     highlight=(HighlightModel, Field("halfway", description="halfway: (N.H)^n; reflected: (V.R)^n; off: none.")),
@@ -233,11 +272,13 @@ class SceneFile(BaseModel):
     scene: SettingsEntry = Field(SettingsEntry(), description="Settings of the whole scene.")
     camera: list[CameraEntry] = Field([], description="Points of view.")
     light: list[Annotated[PointEntry | DirectionalEntry, Field(discriminator="type")]] = Field(
-        [], description="Sources of light.")
+        [], description="Sources of light."
+    )
     texture: list[CheckerEntry] = Field([], description="Patterns that multiply a coefficient.")
     material: list[MaterialEntry] = Field([], description="What objects are made of.")
-    object: list[Annotated[SphereEntry | PlaneEntry | PolygonEntry | TriangleEntry, Field(discriminator="type")]] = Field(
-        [], description="What is there.")
+    object: list[Annotated[SphereEntry | PlaneEntry | PolygonEntry | TriangleEntry, Field(discriminator="type")]] = (
+        Field([], description="What is there.")
+    )
 
 
 def scene_schema() -> dict:

@@ -11,16 +11,32 @@ from pydantic import ValidationError
 
 from .._errors import SceneError
 from ..scene import (
-    Checker, ConstantBackground, DirectionalLight, GradientBackground, Plane, PointLight, Polygon, Precision, Scene, Sphere,
-    float_dtype, nearest_name,
+    Checker,
+    ConstantBackground,
+    DirectionalLight,
+    GradientBackground,
+    Plane,
+    PointLight,
+    Polygon,
+    Precision,
+    Scene,
+    Sphere,
+    float_dtype,
+    nearest_name,
 )
 from . import _schema as schema
 from ._faults import faults_of, ordinal, place, scene_error, shown
 
 LARGEST_FILE = 64 * 2**20
 """Bytes; a larger file is refused before it is read."""
-ENTRIES = {PointLight: schema.PointEntry, DirectionalLight: schema.DirectionalEntry, Checker: schema.CheckerEntry,
-           Sphere: schema.SphereEntry, Plane: schema.PlaneEntry, Polygon: schema.PolygonEntry}
+ENTRIES = {
+    PointLight: schema.PointEntry,
+    DirectionalLight: schema.DirectionalEntry,
+    Checker: schema.CheckerEntry,
+    Sphere: schema.SphereEntry,
+    Plane: schema.PlaneEntry,
+    Polygon: schema.PolygonEntry,
+}
 
 
 def load_scene(path: str | os.PathLike, *, precision: Precision = "float32") -> Scene:
@@ -92,7 +108,9 @@ def _text(path: Path) -> str:
         beside = [p.name for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
         raise SceneError(f"{path}: there is no such file.{nearest_name(path.name, beside)}") from None
     except IsADirectoryError:
-        raise SceneError(f"{path}: this is a folder; name the scene file in it, such as {path / 'scene.toml'}") from None
+        raise SceneError(
+            f"{path}: this is a folder; name the scene file in it, such as {path / 'scene.toml'}"
+        ) from None
     except PermissionError:
         raise SceneError(f"{path}: no permission to read it; allow it with: chmod u+r {path}") from None
     except (OSError, ValueError) as error:
@@ -103,8 +121,10 @@ def _text(path: Path) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        raise SceneError(f"{path}: line {line}: byte 0x{data[error.start]:02x} is not UTF-8; "
-                         "allowed is UTF-8 text. Save the file with that encoding") from None
+        raise SceneError(
+            f"{path}: line {line}: byte 0x{data[error.start]:02x} is not UTF-8; "
+            "allowed is UTF-8 text. Save the file with that encoding"
+        ) from None
 
 
 def _document(text: str, source: str) -> dict:
@@ -118,8 +138,10 @@ def _document(text: str, source: str) -> dict:
         reason = "a whole number has thousands of digits; allowed is up to 17" if "digits" in str(error) else str(error)
         raise SceneError(f"{source}: broken TOML: {reason}") from None
     if not document:
-        raise SceneError(f"{source}: the file is empty; allowed are the tables [scene], [[camera]], [[light]], "
-                         "[[texture]], [[material]] and [[object]]. Start from an example")
+        raise SceneError(
+            f"{source}: the file is empty; allowed are the tables [scene], [[camera]], [[light]], "
+            "[[texture]], [[material]] and [[object]]. Start from an example"
+        )
     return document
 
 
@@ -150,8 +172,13 @@ def _scene(file: schema.SceneFile, dtype, source: str) -> Scene:
 
     for table in ("camera", "texture", "material", "object"):
         faults += _repeated(table, [entry.name for entry in getattr(file, table)])
-    stated = dict(cameras=named("camera"), lights=records("light"), textures=named("texture"),
-                  materials=named("material"), objects=records("object"))
+    stated = dict(
+        cameras=named("camera"),
+        lights=records("light"),
+        textures=named("texture"),
+        materials=named("material"),
+        objects=records("object"),
+    )
     try:
         settings = _settings(file.scene, dtype)
         if not faults:
@@ -165,8 +192,12 @@ def _repeated(table: str, names: list[str]) -> list[str]:
     where = {}
     for number, name in enumerate(names, 1):
         where.setdefault(name, []).append(ordinal(number))
-    return [f"{table} {shown(name)}: the {' and the '.join(numbers[:2])} [[{table}]] have this name; "
-            "allowed is one of a kind. Rename one" for name, numbers in where.items() if len(numbers) > 1]
+    return [
+        f"{table} {shown(name)}: the {' and the '.join(numbers[:2])} [[{table}]] have this name; "
+        "allowed is one of a kind. Rename one"
+        for name, numbers in where.items()
+        if len(numbers) > 1
+    ]
 
 
 def _settings(settings: schema.SettingsEntry, dtype) -> dict:
@@ -195,8 +226,10 @@ def _plain(record, **stated) -> dict:
 
 
 def _unwritable(record, known) -> SceneError:
-    return SceneError(f"a {type(record).__name__} cannot be written to a scene file; allowed are "
-                      f"{', '.join(kind.__name__ for kind in known)}")
+    return SceneError(
+        f"a {type(record).__name__} cannot be written to a scene file; allowed are "
+        f"{', '.join(kind.__name__ for kind in known)}"
+    )
 
 
 def _triangle(thing) -> dict:

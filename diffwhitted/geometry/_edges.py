@@ -21,7 +21,11 @@ def near_outlines(shapes: Shapes, ray: Ray, reach, growth) -> Bool[Array, "n"]:
 
     A quick look, which may say yes too often, so that the searches below are for few rays only.
     """
-    return fold(shapes, lambda found, index, shape: found | shape.near_outline(ray, reach, growth), jnp.zeros(ray.origin.shape, bool))
+    return fold(
+        shapes,
+        lambda found, index, shape: found | shape.near_outline(ray, reach, growth),
+        jnp.zeros(ray.origin.shape, bool),
+    )
 
 
 def beside_small(shapes: Shapes, ray: Ray, reach, growth, limit) -> Bool[Array, "n"]:
@@ -33,7 +37,9 @@ def beside_small(shapes: Shapes, ray: Ray, reach, growth, limit) -> Bool[Array, 
         along = dot(to_middle, ray.direction)
         miss = to_middle - ray.direction * along
         apart = reach + growth * abs(along)
-        return found | ((along > 0) & (along < limit) & (radius < apart) & (dot(miss, miss) < (radius + apart) * (radius + apart)))
+        return found | (
+            (along > 0) & (along < limit) & (radius < apart) & (dot(miss, miss) < (radius + apart) * (radius + apart))
+        )
 
     return fold(shapes, either, jnp.zeros(ray.origin.shape, bool))
 
@@ -61,8 +67,9 @@ def nearest_part(shapes: Shapes, ray: Ray, footprint: Footprint, departure: Depa
     return fold(shapes, closer, start, unrolled=1)[1:]
 
 
-def hidden_parts(shapes: Shapes, ray: Ray, footprint: Footprint, departure: Departure, limit, blocks: tuple[bool, ...],
-                 most: int) -> tuple[Bool[Array, "n"], tuple[Int[Array, "n"], ...]]:
+def hidden_parts(
+    shapes: Shapes, ray: Ray, footprint: Footprint, departure: Departure, limit, blocks: tuple[bool, ...], most: int
+) -> tuple[Bool[Array, "n"], tuple[Int[Array, "n"], ...]]:
     """Is the way to `limit` blocked for the whole footprint by an object with `blocks`, and which objects stand in
     part of it (`most` at most, -1 for none)? Further ones count whole or not at all."""
     nobody = jnp.full(ray.origin.shape, NOTHING, jnp.int32)

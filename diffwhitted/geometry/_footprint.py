@@ -35,8 +35,10 @@ class Footprint(eqx.Module):
 
     def reach(self) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
         """How far the origin and the direction change from the middle of the pixel to a corner, at most. No derivatives."""
-        origin, direction = (dot(a, a) + dot(b, b) for a, b in (
-            (self.across.origin, self.down.origin), (self.across.direction, self.down.direction)))
+        origin, direction = (
+            dot(a, a) + dot(b, b)
+            for a, b in ((self.across.origin, self.down.origin), (self.across.direction, self.down.direction))
+        )
         return jnp.sqrt(0.5 * origin), jnp.sqrt(0.5 * direction)
 
 
@@ -54,8 +56,12 @@ class Edge(eqx.Module):
 
 def edge_of(outline: Linear, here: Bool[Array, "*n"]) -> Edge:
     """The edge of an outline (positive on the object) where one is `here`."""
-    outline = Linear(*(jnp.where(here, a, b) for a, b in zip(
-        (outline.value, outline.across, outline.down), (0.0, 1.0, 0.0), strict=True)))
+    outline = Linear(
+        *(
+            jnp.where(here, a, b)
+            for a, b in zip((outline.value, outline.across, outline.down), (0.0, 1.0, 0.0), strict=True)
+        )
+    )
     share = jnp.clip(coverage(outline), LEAST_COVERAGE, 1 - LEAST_COVERAGE)
     steepness_squared = outline.across * outline.across + outline.down * outline.down
     steep = steepness_squared > 0
@@ -63,8 +69,17 @@ def edge_of(outline: Linear, here: Bool[Array, "*n"]) -> Edge:
     here = here & steep
     shift = (ramp(outline) / share - outline.value) / steepness
     zero = jnp.zeros_like(share)
-    return Edge(*(jnp.where(here, a, b) for a, b in (
-        (share, zero + 1), (outline.across / steepness, zero), (outline.down / steepness, zero), (shift, zero))))
+    return Edge(
+        *(
+            jnp.where(here, a, b)
+            for a, b in (
+                (share, zero + 1),
+                (outline.across / steepness, zero),
+                (outline.down / steepness, zero),
+                (shift, zero),
+            )
+        )
+    )
 
 
 def covered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprint]:
@@ -128,6 +143,10 @@ def on_surface(ray: Ray, footprint: Footprint, hit: Hit, curvature=0) -> Footpri
     distance = dot(hit.point - ray.origin, ray.direction)
     free = [side.origin + side.direction * distance for side in footprint.sides()]
     width = sum(abs(dot(q, hit.normal)) for q in free)
-    towards = -jnp.maximum(jnp.maximum(-dot(ray.direction, hit.normal), STEEPEST), safe_sqrt(0.5 * width * abs(curvature)))
+    towards = -jnp.maximum(
+        jnp.maximum(-dot(ray.direction, hit.normal), STEEPEST), safe_sqrt(0.5 * width * abs(curvature))
+    )
     moved = [q - ray.direction * (dot(q, hit.normal) / towards) for q in free]
-    return Footprint(*(Ray(origin, side.direction) for origin, side in zip(moved, footprint.sides(), strict=True)), footprint.within)
+    return Footprint(
+        *(Ray(origin, side.direction) for origin, side in zip(moved, footprint.sides(), strict=True)), footprint.within
+    )

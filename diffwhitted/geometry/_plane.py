@@ -46,7 +46,9 @@ class Planes(eqx.Module):
     def outline(self, ray: Ray, footprint: Footprint):
         """N.u, positive where the ray heads for the plane: the horizon, further away than anything else."""
         sign = jnp.where(self.side(ray), -1, 1).astype(ray.origin.dtype)
-        rise = Linear(*(sign * dot(self.normal, d) for d in (ray.direction, footprint.across.direction, footprint.down.direction)))
+        rise = Linear(
+            *(sign * dot(self.normal, d) for d in (ray.direction, footprint.across.direction, footprint.down.direction))
+        )
         return rise, jnp.full_like(sign, HORIZON)
 
     def near_outline(self, ray: Ray, reach, growth):

@@ -85,7 +85,9 @@ class Polygons(eqx.Module):
             moment, middle = dot(to_start, across), to_start + side * 0.5
             middle = middle - ray.direction * dot(middle, ray.direction)
             apart = around + 0.5 * long
-            found = found | ((moment * moment <= around * around * dot(across, across)) & (dot(middle, middle) <= apart * apart))
+            found = found | (
+                (moment * moment <= around * around * dot(across, across)) & (dot(middle, middle) <= apart * apart)
+            )
         return found
 
     def side(self, ray: Ray):

@@ -39,7 +39,9 @@ class Shapes(eqx.Module):
                 first += count
 
 
-def nearest(shapes: Shapes, ray: Ray, departure: Departure) -> tuple[Float[Array, "n"], Int[Array, "n"], Bool[Array, "n"]]:
+def nearest(
+    shapes: Shapes, ray: Ray, departure: Departure
+) -> tuple[Float[Array, "n"], Int[Array, "n"], Bool[Array, "n"]]:
     """Distance (infinity on a miss), object (-1 on a miss) and side of the first surface ahead."""
 
     def closer(best, index, shape):

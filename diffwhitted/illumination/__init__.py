@@ -4,5 +4,14 @@ from ._phong import diffuse, halfway_apart, lit, lobe, lobe_mean, reflected_apar
 from ._visibility import before, sees_light, surfaces_crossed, tint
 
 __all__ = [
-    "before", "diffuse", "halfway_apart", "lit", "lobe", "lobe_mean", "reflected_apart", "sees_light", "surfaces_crossed", "tint",
+    "before",
+    "diffuse",
+    "halfway_apart",
+    "lit",
+    "lobe",
+    "lobe_mean",
+    "reflected_apart",
+    "sees_light",
+    "surfaces_crossed",
+    "tint",
 ]

@@ -13,8 +13,14 @@ def sees_light(shapes: Shapes, ray: Ray, departure: Departure, distance, blocks:
     return ~blocked(shapes, ray, departure, before(distance), blocks)
 
 
-def surfaces_crossed(shapes: Shapes, ray: Ray, departure: Departure, distance, glass: tuple[bool, ...],
-                     but: tuple[Int[Array, "n"], ...] = ()) -> Int[Array, "n"]:
+def surfaces_crossed(
+    shapes: Shapes,
+    ray: Ray,
+    departure: Departure,
+    distance,
+    glass: tuple[bool, ...],
+    but: tuple[Int[Array, "n"], ...] = (),
+) -> Int[Array, "n"]:
     """How many surfaces of these transparent objects, except those numbered in `but`, lie on the straight way to the light."""
     return crossing_count(shapes, ray, Departure(departure.object, departure.inwards, but), before(distance), glass)
 

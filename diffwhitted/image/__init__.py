@@ -7,14 +7,7 @@ sentence. Only `encode_for_display` clips, `count_clipped` says how much, and `c
 images as a screen would show them.
 """
 
-from ._display import (
-    ClippedPixels,
-    ciede2000,
-    count_clipped,
-    decode_from_display,
-    display_codes,
-    encode_for_display,
-)
+from ._display import ClippedPixels, ciede2000, count_clipped, decode_from_display, display_codes, encode_for_display
 from ._faults import ImageError
 from ._film import dealt, gathered
 from ._reading import ImageFile, read_image, read_mask

@@ -76,10 +76,7 @@ def count_clipped(pixels: Float[np.ndarray, "*grid 3"], *, exposure: float = 0.0
 
 
 def ciede2000(
-    image_a: Float[np.ndarray, "height width 3"],
-    image_b: Float[np.ndarray, "height width 3"],
-    *,
-    exposure: float = 0.0,
+    image_a: Float[np.ndarray, "height width 3"], image_b: Float[np.ndarray, "height width 3"], *, exposure: float = 0.0
 ) -> Float[np.ndarray, "height width"]:
     """The visible difference of two images: a map of CIEDE2000.
 

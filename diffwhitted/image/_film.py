@@ -12,7 +12,9 @@ from jaxtyping import Array, Float
 
 
 @partial(jax.jit, static_argnums=(1, 2))
-def dealt(image: Float[Array, "height width channels"], passes: int, pass_pixels: int) -> Float[Array, "passes channels pixels"]:
+def dealt(
+    image: Float[Array, "height width channels"], passes: int, pass_pixels: int
+) -> Float[Array, "passes channels pixels"]:
     """A picture dealt out to `passes` of `pass_pixels` each, with zeros past its end."""
     flat = jnp.reshape(image, (-1, image.shape[-1]))
     flat = jnp.pad(flat, ((0, passes * pass_pixels - flat.shape[0]), (0, 0)))
@@ -20,7 +22,9 @@ def dealt(image: Float[Array, "height width channels"], passes: int, pass_pixels
 
 
 @partial(jax.jit, static_argnums=(1, 2))
-def gathered(film: Float[Array, "passes channels pixels"], height: int, width: int) -> Float[Array, "height width channels"]:
+def gathered(
+    film: Float[Array, "passes channels pixels"], height: int, width: int
+) -> Float[Array, "height width channels"]:
     """The inverse of `dealt`."""
     flat = film.transpose(2, 0, 1).reshape(-1, film.shape[1])
     return flat[: height * width].reshape(height, width, -1)

@@ -155,7 +155,9 @@ def _with_alpha(path: Path, stored: np.ndarray, alpha: np.ndarray, form: ImageFo
     return np.concatenate([stored, alpha[..., None]], axis=2).astype(stored.dtype if form.bits else np.float32)
 
 
-def _described(path: Path, stored: np.ndarray, form: ImageFormat, half: bool, metadata: dict[str, Any]) -> oiio.ImageSpec:
+def _described(
+    path: Path, stored: np.ndarray, form: ImageFormat, half: bool, metadata: dict[str, Any]
+) -> oiio.ImageSpec:
     """What the file will say of itself."""
     number = {"float32": "half" if half else "float"}.get(stored.dtype.name, stored.dtype.name)
     spec = oiio.ImageSpec(stored.shape[1], stored.shape[0], stored.shape[2], number)

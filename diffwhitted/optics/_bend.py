@@ -54,8 +54,12 @@ class Turn(eqx.Module):
         return turn * self.along + normal * of_b + normal_turn * self.normal
 
 
-def turn_at(cosine: Linear, eta: Float[Array, "*n"] | None = None, radicand: Float[Array, "*n"] | None = None,
-            through: Bool[Array, "*n"] | None = None) -> Turn:
+def turn_at(
+    cosine: Linear,
+    eta: Float[Array, "*n"] | None = None,
+    radicand: Float[Array, "*n"] | None = None,
+    through: Bool[Array, "*n"] | None = None,
+) -> Turn:
     """Mirrored, or refracted where `through`, for cos_i over a pixel.
 
     The radicand cos_r**2 may be another than that of the ray in the middle: a mean over the pixel keeps

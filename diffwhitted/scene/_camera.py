@@ -30,7 +30,9 @@ class Camera(eqx.Module):
     width: int = eqx.field(static=True)
     height: int = eqx.field(static=True)
 
-    def __init__(self, look_from, look_at, vfov_deg, width: int, height: int, up=(0.0, 1.0, 0.0), place: str = "camera"):
+    def __init__(
+        self, look_from, look_at, vfov_deg, width: int, height: int, up=(0.0, 1.0, 0.0), place: str = "camera"
+    ):
         self.look_from = number_array(look_from, place, "look_from", ((3,),))
         self.look_at = number_array(look_at, place, "look_at", ((3,),))
         self.up = number_array(up, place, "up", ((3,),))
@@ -46,14 +48,19 @@ class Camera(eqx.Module):
         if not ahead.any():
             raise SceneError(f"{place}: look_at equals look_from, so it looks nowhere; move one of them")
         if np.linalg.norm(np.cross(ahead, up)) <= 1e-6 * np.linalg.norm(ahead) * np.linalg.norm(up):
-            raise SceneError(f"{place}: up = {up.tolist()} lies along the line of sight (or is zero); "
-                             "choose another, such as [0, 0, 1]")
+            raise SceneError(
+                f"{place}: up = {up.tolist()} lies along the line of sight (or is zero); "
+                "choose another, such as [0, 0, 1]"
+            )
 
     def resized(self, width: int | None = None, height: int | None = None) -> "Camera":
         """The same view at another size; one of the two alone keeps the shape of the picture."""
         if width is None and height is None:
             return self
-        width, height = (side if side is None else _size(side, "camera", field) for side, field in ((width, "width"), (height, "height")))
+        width, height = (
+            side if side is None else _size(side, "camera", field)
+            for side, field in ((width, "width"), (height, "height"))
+        )
         if width is None:
             width = max(1, round(height * self.width / self.height))
         if height is None:
@@ -83,7 +90,9 @@ class Camera(eqx.Module):
         direction = normalise(ahead + right * across + top * upwards)
         return Ray(position * jnp.ones_like(direction.x), direction)
 
-    def place(self, pixel: Int[Array, "*n"], inside: Float[Array, "2"]) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
+    def place(
+        self, pixel: Int[Array, "*n"], inside: Float[Array, "2"]
+    ) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
         """Column and row of the place `inside` pixels (0.5, 0.5 the centre), which are counted row by row."""
         dtype = self.look_from.dtype
         return (pixel % self.width).astype(dtype) + inside[0], (pixel // self.width).astype(dtype) + inside[1]
@@ -99,5 +108,3 @@ def _size(value, place: str, field: str) -> int:
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 1 <= value <= LARGEST_SIDE:
         raise SceneError(f"{place}: {field} = {value!r}; allowed is a whole number of pixels from 1 to {LARGEST_SIDE}")
     return int(value)
-
-

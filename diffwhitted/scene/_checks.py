@@ -25,7 +25,9 @@ def number_array(value, place: str, field: str, shapes: tuple[tuple[int, ...], .
     except (TypeError, ValueError) as error:
         raise SceneError(f"{place}: {field} = {value!r} is not a number or a list of numbers") from error
     if array.shape not in shapes:
-        allowed = " or ".join("a number" if not s else f"{s[0]} numbers" if len(s) == 1 else f"shape {s}" for s in shapes)
+        allowed = " or ".join(
+            "a number" if not s else f"{s[0]} numbers" if len(s) == 1 else f"shape {s}" for s in shapes
+        )
         raise SceneError(f"{place}: {field} has shape {array.shape}; allowed is {allowed}")
     if not is_traced(array) and not np.all(np.isfinite(array)):
         raise SceneError(f"{place}: {field} = {listed(array)} is not finite")
@@ -39,7 +41,9 @@ def require(holds, place: str, field: str, value, allowed: str, advice: str = ""
     raise SceneError(f"{place}: {field} = {listed(value)}; allowed is {allowed}" + (f". {advice}" if advice else ""))
 
 
-def whole_number(value, place: str, lowest: int = 1, highest: int | None = None, error: type[InputError] = SceneError) -> int:
+def whole_number(
+    value, place: str, lowest: int = 1, highest: int | None = None, error: type[InputError] = SceneError
+) -> int:
     """`value` as an int; raises `error` unless it is a whole number, of Python or NumPy, from `lowest` to `highest`."""
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     if not whole or value < lowest or (highest is not None and value > highest):

@@ -26,8 +26,13 @@ class PointLight(eqx.Module):
         self.attenuation = None
         if attenuation is not None:
             self.attenuation = number_array(attenuation, place, "attenuation", ((3,),))
-            require(lambda a: (a >= 0).all() and a.any(), place, "attenuation", self.attenuation,
-                    "three numbers >= 0, not all zero")
+            require(
+                lambda a: (a >= 0).all() and a.any(),
+                place,
+                "attenuation",
+                self.attenuation,
+                "three numbers >= 0, not all zero",
+            )
 
     def arriving(self, point: Vec3) -> tuple[Vec3, Float[Array, "*n"], Vec3]:
         """Unit direction to the light, its distance, and the colour that arrives unless blocked.

@@ -31,8 +31,15 @@ class Material(eqx.Module):
     k_a_texture: str | None = eqx.field(static=True)
     k_d_texture: str | None = eqx.field(static=True)
 
-    def __init__(self, *, highlight: HighlightModel = "halfway", k_a_texture: str | None = None,
-                 k_d_texture: str | None = None, place: str = "material", **coefficients):
+    def __init__(
+        self,
+        *,
+        highlight: HighlightModel = "halfway",
+        k_a_texture: str | None = None,
+        k_d_texture: str | None = None,
+        place: str = "material",
+        **coefficients,
+    ):
         unknown = set(coefficients) - set(BY_NAME)
         if unknown:
             raise TypeError(f"{place}: unknown coefficient {sorted(unknown)[0]!r}; there are {', '.join(BY_NAME)}")

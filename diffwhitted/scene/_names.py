@@ -19,11 +19,15 @@ def split_name(scene: Scene, name: str) -> tuple[str, str]:
     if not material:
         raise SceneError(f"coefficient {name!r}: allowed is MATERIAL.COEFFICIENT, such as 'glass.k_d'")
     if material not in scene.materials:
-        raise SceneError(f"coefficient {name!r}: no material {material!r}; there is "
-                         f"{', '.join(scene.materials)}.{nearest_name(material, scene.materials)}")
+        raise SceneError(
+            f"coefficient {name!r}: no material {material!r}; there is "
+            f"{', '.join(scene.materials)}.{nearest_name(material, scene.materials)}"
+        )
     if coefficient not in BY_NAME:
-        raise SceneError(f"coefficient {name!r}: no coefficient {coefficient!r}; there is "
-                         f"{', '.join(BY_NAME)}.{nearest_name(coefficient, BY_NAME)}")
+        raise SceneError(
+            f"coefficient {name!r}: no coefficient {coefficient!r}; there is "
+            f"{', '.join(BY_NAME)}.{nearest_name(coefficient, BY_NAME)}"
+        )
     return material, coefficient
 
 

@@ -72,8 +72,9 @@ def _check_flat(vertices, place):
     size = np.abs(spokes).max()
     area = np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
     if np.linalg.norm(area) <= 1e-9 * size * size or size == 0:
-        raise SceneError(f"{place}: vertices span no area (all on one line, or the same point); "
-                         "move one of them off the line")
+        raise SceneError(
+            f"{place}: vertices span no area (all on one line, or the same point); move one of them off the line"
+        )
     away = np.abs(spokes @ (area / np.linalg.norm(area))).max()
     if away > 1e-3 * size:
         raise SceneError(f"{place}: vertices are not in one plane (off by {away:.3g} m); split it into triangles")

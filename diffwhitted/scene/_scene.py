@@ -46,11 +46,23 @@ class Scene(eqx.Module):
     shadows: ShadowModel = eqx.field(static=True)
     footprint: int = eqx.field(static=True)
 
-    def __init__(self, *, objects: Sequence[Object], materials: Mapping[str, Material], lights: Sequence[Light] = (),
-                 cameras: Mapping[str, Camera] | None = None, textures: Mapping[str, Texture] | None = None,
-                 background: Background | None = None, ambient=(1.0, 1.0, 1.0), max_depth: int = 5,
-                 total_internal_reflection: TotalReflection = "full", shadows: ShadowModel = "opaque",
-                 footprint: int = 0, cutoff: float = 0.0, precision: Precision = "float32"):
+    def __init__(
+        self,
+        *,
+        objects: Sequence[Object],
+        materials: Mapping[str, Material],
+        lights: Sequence[Light] = (),
+        cameras: Mapping[str, Camera] | None = None,
+        textures: Mapping[str, Texture] | None = None,
+        background: Background | None = None,
+        ambient=(1.0, 1.0, 1.0),
+        max_depth: int = 5,
+        total_internal_reflection: TotalReflection = "full",
+        shadows: ShadowModel = "opaque",
+        footprint: int = 0,
+        cutoff: float = 0.0,
+        precision: Precision = "float32",
+    ):
         dtype = float_dtype(precision)
 
         def cast(record):
@@ -58,7 +70,9 @@ class Scene(eqx.Module):
 
         self.objects, self.lights = tuple(map(cast, objects)), tuple(map(cast, lights))
         self.materials, self.cameras, self.textures = (
-            {name: cast(record) for name, record in (records or {}).items()} for records in (materials, cameras, textures))
+            {name: cast(record) for name, record in (records or {}).items()}
+            for records in (materials, cameras, textures)
+        )
         self.background = cast(background or ConstantBackground((0.0, 0.0, 0.0)))
         self.ambient = cast(jnp.broadcast_to(number_array(ambient, "scene", "ambient", ((), (3,))), (3,)))
         require(lambda a: (a >= 0).all(), "scene", "ambient", self.ambient, ">= 0")
@@ -84,7 +98,9 @@ class Scene(eqx.Module):
 
     def _check_settings(self):
         if isinstance(self.max_depth, bool) or not isinstance(self.max_depth, int) or not 1 <= self.max_depth <= 64:
-            raise SceneError(f"scene: max_depth = {self.max_depth!r}; allowed is a whole number from 1 (camera rays only) to 64")
+            raise SceneError(
+                f"scene: max_depth = {self.max_depth!r}; allowed is a whole number from 1 (camera rays only) to 64"
+            )
         check_footprint(self.footprint)
         for field, kind in (("shadows", ShadowModel), ("total_internal_reflection", TotalReflection)):
             if getattr(self, field) not in get_args(kind):
@@ -112,8 +128,10 @@ def _cutoff(value):
 def check_footprint(footprint, place: str = "scene: "):
     """Raise `SceneError` unless it is a number of trees along the side of a pixel."""
     if isinstance(footprint, bool) or not isinstance(footprint, int) or not 0 <= footprint <= LARGEST_FOOTPRINT:
-        raise SceneError(f"{place}footprint = {footprint!r}; allowed is 0 (points), 1 (one filtered tree a pixel) or k for "
-                         f"k x k of them, up to {LARGEST_FOOTPRINT}")
+        raise SceneError(
+            f"{place}footprint = {footprint!r}; allowed is 0 (points), 1 (one filtered tree a pixel) or k for "
+            f"k x k of them, up to {LARGEST_FOOTPRINT}"
+        )
 
 
 def _known(name: str, there: Mapping, place: str):

@@ -70,7 +70,9 @@ def _strip(wave: Linear, slant, v) -> Linear:
     """The strip at height v of the pixel, to first order about its own middle."""
     nearness = 1 / (1 + slant[1] * v)
     moved = wave.down * (v * nearness)
-    return Linear(wave.value + moved, (wave.across - moved * slant[0]) * nearness, wave.down * nearness * nearness / STRIPS)
+    return Linear(
+        wave.value + moved, (wave.across - moved * slant[0]) * nearness, wave.down * nearness * nearness / STRIPS
+    )
 
 
 def _product(waves: list[Linear]) -> Float[Array, "*n"]:
@@ -122,7 +124,12 @@ def _periodic(t: Linear, narrow) -> Float[Array, "*n"]:
     high, low = jnp.where(wide, high, 1), jnp.where(wide, low, 1)
     m, n = 0.5 * (high + low), 0.5 * (high - low)
     middle = jnp.where(wide, t.value, 0)
-    total = _twice_integrated(middle + m) - _twice_integrated(middle + n) - _twice_integrated(middle - n) + _twice_integrated(middle - m)
+    total = (
+        _twice_integrated(middle + m)
+        - _twice_integrated(middle + n)
+        - _twice_integrated(middle - n)
+        + _twice_integrated(middle - m)
+    )
     return jnp.where(wide, total / (high * low), 0)
 
 

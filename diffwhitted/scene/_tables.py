@@ -70,8 +70,16 @@ def tabulate(scene: Scene) -> Tables:
         polygons=_polygons([o for o in objects if isinstance(o, Polygon)]),
     )
     material_of = jnp.asarray([names.index(o.material) for o in objects], jnp.int32)
-    return Tables(shapes, _materials(scene), material_of, scene.lights, tuple(scene.textures[name] for name in texture_names(scene)),
-                  scene.background, vec3(scene.ambient), scene.cutoff)
+    return Tables(
+        shapes,
+        _materials(scene),
+        material_of,
+        scene.lights,
+        tuple(scene.textures[name] for name in texture_names(scene)),
+        scene.background,
+        vec3(scene.ambient),
+        scene.cutoff,
+    )
 
 
 def _materials(scene: Scene) -> MaterialTable:
@@ -84,9 +92,12 @@ def _materials(scene: Scene) -> MaterialTable:
         return jnp.stack(values) if values else None
 
     return MaterialTable(
-        colours([m.k_a for m in records]), colours([m.k_d for m in records]),
-        colours([m.highlight_coefficient() for m in records]), colours([m.k_s for m in records]),
-        colours([m.k_t for m in records]), numbers([m.phong_exponent for m in records]),
+        colours([m.k_a for m in records]),
+        colours([m.k_d for m in records]),
+        colours([m.highlight_coefficient() for m in records]),
+        colours([m.k_s for m in records]),
+        colours([m.k_t for m in records]),
+        numbers([m.phong_exponent for m in records]),
         numbers([m.refractive_index for m in records]),
     )
 

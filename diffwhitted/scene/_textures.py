@@ -25,7 +25,7 @@ class Checker(eqx.Module):
         self.size = number_array(size, place, "size", ((),))
         require(lambda s: s > 0, place, "size", self.size, "> 0")
         if not axes or len(set(axes)) != len(axes) or set(axes) - set("xyz"):
-            raise SceneError(f"{place}: axes = {axes!r}; allowed are some of the letters x, y, z, such as \"xz\"")
+            raise SceneError(f'{place}: axes = {axes!r}; allowed are some of the letters x, y, z, such as "xz"')
         self.axes = axes
 
     def at(self, point: Vec3) -> Vec3:

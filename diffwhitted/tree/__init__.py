@@ -9,7 +9,24 @@ from ._samples import Samples, grid, pixel_of, sample_places
 from ._truncation import Beyond
 
 __all__ = [
-    "BRANCH_NAMES", "Beyond", "EFFECT_NAMES", "Decision", "Effects", "Nodes", "Plan", "Record", "Samples",
-    "decide_effects", "grid", "likely_room", "make_plan", "pixel_of", "record", "replay", "sample_places", "trace",
-    "trace_beside_small", "trace_left_out",
+    "BRANCH_NAMES",
+    "Beyond",
+    "EFFECT_NAMES",
+    "Decision",
+    "Effects",
+    "Nodes",
+    "Plan",
+    "Record",
+    "Samples",
+    "decide_effects",
+    "grid",
+    "likely_room",
+    "make_plan",
+    "pixel_of",
+    "record",
+    "replay",
+    "sample_places",
+    "trace",
+    "trace_beside_small",
+    "trace_left_out",
 ]

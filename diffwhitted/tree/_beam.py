@@ -45,8 +45,16 @@ WIDEST = 1.0
 """Radians."""
 
 
-def arriving(shapes: Shapes, ray: Ray, footprint: Footprint, object: Int[Array, "n"], entering: Bool[Array, "n"],
-             cut: Bool[Array, "n"], departure: Departure | None, needed: Bool[Array, ""]) -> tuple[Hit, Vec3, Beam]:
+def arriving(
+    shapes: Shapes,
+    ray: Ray,
+    footprint: Footprint,
+    object: Int[Array, "n"],
+    entering: Bool[Array, "n"],
+    cut: Bool[Array, "n"],
+    departure: Departure | None,
+    needed: Bool[Array, ""],
+) -> tuple[Hit, Vec3, Beam]:
     """Where the part of a pixel that its object covers meets it: the hit, the direction, and what the footprint is there."""
 
     def meet(ray, footprint, object, entering):
@@ -71,8 +79,10 @@ def arriving(shapes: Shapes, ray: Ray, footprint: Footprint, object: Int[Array, 
 def slant(at: Arrival) -> tuple[Float[Array, "n"], Float[Array, "n"]]:
     """Perspective: on a flat surface the point is at (dP_u u + dP_v v) / (1 + slant_u u + slant_v v); 0 on others."""
     flat, towards = at.beam.curvature == 0, dot(at.direction, at.normal)
-    return tuple(jnp.clip(jnp.where(flat, safe_divide(dot(side.direction, at.normal), towards), 0), -STEEPEST, STEEPEST)
-                 for side in at.beam.footprint.sides())
+    return tuple(
+        jnp.clip(jnp.where(flat, safe_divide(dot(side.direction, at.normal), towards), 0), -STEEPEST, STEEPEST)
+        for side in at.beam.footprint.sides()
+    )
 
 
 def light_beam(light: Light, point: Vec3, footprint: Footprint) -> Footprint:
@@ -102,14 +112,17 @@ def is_rim(square: Linear) -> Bool[Array, "n"]:
     return is_cut(square, LEAST_COVERAGE)
 
 
-def child_beam(tables: Tables, plan: Plan, at: Arrival, branch: Int[Array, "n"], factor: Vec3,
-               eta: Float[Array, "n"] | None) -> tuple[Ray, Footprint, Vec3]:
+def child_beam(
+    tables: Tables, plan: Plan, at: Arrival, branch: Int[Array, "n"], factor: Vec3, eta: Float[Array, "n"] | None
+) -> tuple[Ray, Footprint, Vec3]:
     """The ray that leaves a parent along a branch, its footprint, and the share of its light that the parent passes on."""
     needed = branch[0] >= 0
     turn, special = stage(needed, lambda *a: _turn(plan, *a), at, branch, eta)
     ray, footprint = stage(needed, _turned, at, turn, branch)
     factor = factor * at.beam.edge.share
-    ray, footprint, factor = packed(special, lambda *a: _special(tables, plan, *a), (ray, footprint, factor), at, branch, factor, eta)
+    ray, footprint, factor = packed(
+        special, lambda *a: _special(tables, plan, *a), (ray, footprint, factor), at, branch, factor, eta
+    )
     return *stage(needed, _kept_small, ray, footprint), factor
 
 
@@ -121,7 +134,9 @@ def _kept_small(ray: Ray, footprint: Footprint) -> tuple[Ray, Footprint]:
     apart_squared = jnp.maximum(*(dot(side.direction, side.direction) for side in footprint.sides()))
     lost = ~(apart_squared < WIDEST * WIDEST)
     scale = WIDEST / jnp.sqrt(jnp.where(lost & jnp.isfinite(apart_squared), apart_squared, WIDEST * WIDEST))
-    smaller = Footprint(*(Ray(side.origin * scale, side.direction * scale) for side in footprint.sides()), footprint.within)
+    smaller = Footprint(
+        *(Ray(side.origin * scale, side.direction * scale) for side in footprint.sides()), footprint.within
+    )
     return where(lost, jax.lax.stop_gradient((ray, smaller)), (ray, footprint))
 
 
@@ -137,10 +152,16 @@ def _turn(plan: Plan, at: Arrival, branch, eta) -> tuple[Turn, Bool[Array, "n"]]
 
 
 def _turned(at: Arrival, turn: Turn, branch) -> tuple[Ray, Footprint]:
-    sides = [Ray(side.origin, turn.change(side.direction, side.origin * at.beam.curvature, at.normal, change))
-             for side, change in zip(at.beam.footprint.sides(), (turn.across, turn.down), strict=True)]
-    inside = jnp.where(branch == TRANSMITTED, at.entering, ~at.entering & (branch == MIRROR) & (at.beam.footprint.within == at.object))
-    return Ray(at.point, turn.direction(at.direction, at.normal)), Footprint(*sides, jnp.where(inside, at.object, NOTHING))
+    sides = [
+        Ray(side.origin, turn.change(side.direction, side.origin * at.beam.curvature, at.normal, change))
+        for side, change in zip(at.beam.footprint.sides(), (turn.across, turn.down), strict=True)
+    ]
+    inside = jnp.where(
+        branch == TRANSMITTED, at.entering, ~at.entering & (branch == MIRROR) & (at.beam.footprint.within == at.object)
+    )
+    return Ray(at.point, turn.direction(at.direction, at.normal)), Footprint(
+        *sides, jnp.where(inside, at.object, NOTHING)
+    )
 
 
 def _special(tables: Tables, plan: Plan, at: Arrival, branch, factor: Vec3, eta) -> tuple[Ray, Footprint, Vec3]:
@@ -153,7 +174,9 @@ def _special(tables: Tables, plan: Plan, at: Arrival, branch, factor: Vec3, eta)
     ray, footprint, before = stage(here, _at_rim, at, branch, eta)
     factor = where(branch == TRANSMITTED, factor * before, factor)
     if plan.total_reflection_is_full:
-        k_s = lookup(tables.materials.k_s, lookup(tables.material_of, at.object)) * (before if plan.effects.reflection else 0)
+        k_s = lookup(tables.materials.k_s, lookup(tables.material_of, at.object)) * (
+            before if plan.effects.reflection else 0
+        )
         factor = where(branch == TOTAL, factor * (1 - before) + factor * k_s, factor)
     return where(beside, (past, rest, factor * left), (ray, footprint, factor))
 
@@ -177,12 +200,25 @@ def _at_rim(at: Arrival, branch, eta) -> tuple[Ray, Footprint, Float[Array, "n"]
     shift = edge.shift * jnp.where(through, 1, jnp.where(total, -edge.share / past, 0))
     moved, footprint = part_of(Ray(at.point, at.direction), at.beam.footprint, edge, kept, shift)
     normal = normalise(at.normal + (moved.origin - at.point) * at.beam.curvature)
-    part = Arrival(moved.origin, normal, moved.direction, at.object, at.entering, None, Beam(footprint, at.beam.curvature, edge, None))
+    part = Arrival(
+        moved.origin,
+        normal,
+        moved.direction,
+        at.object,
+        at.entering,
+        None,
+        Beam(footprint, at.beam.curvature, edge, None),
+    )
     ray, footprint = _turned(part, turn_at(_cosine(part), eta, mean, through), branch)
     return Ray(ray.origin, normalise(ray.direction)), footprint, edge.share
 
 
 def _cosine(at: Arrival) -> Linear:
     """cos_i over the pixel."""
-    return Linear(-dot(at.direction, at.normal), *(
-        -(dot(side.direction, at.normal) + dot(at.direction, side.origin) * at.beam.curvature) for side in at.beam.footprint.sides()))
+    return Linear(
+        -dot(at.direction, at.normal),
+        *(
+            -(dot(side.direction, at.normal) + dot(at.direction, side.origin) * at.beam.curvature)
+            for side in at.beam.footprint.sides()
+        ),
+    )

@@ -12,7 +12,9 @@ from ._beam import child_beam, is_rim, radicand
 from ._plan import Plan
 
 
-def branches(tables: Tables, plan: Plan, at: Arrival) -> tuple[Int[Array, "n"], Bool[Array, "n"], Bool[Array, "n"] | None]:
+def branches(
+    tables: Tables, plan: Plan, at: Arrival
+) -> tuple[Int[Array, "n"], Bool[Array, "n"], Bool[Array, "n"] | None]:
     """The mirror child (0 for none, else MIRROR or TOTAL), whether there is a transmitted one, and one that runs past."""
     there = at.object >= 0
     past = None if at.beam is None else there & (at.beam.edge.share < 1)
@@ -32,7 +34,9 @@ def child(tables: Tables, plan: Plan, at: Arrival, branch: Int[Array, "n"]) -> t
     factor, bend = share(tables, plan, at.object, branch), eta(tables, at) if plan.effects.refraction else None
     if at.beam is not None:
         return child_beam(tables, plan, at, branch, factor, bend)
-    direction = mirrored(at.direction, at.normal) if plan.effects.reflection or plan.effects.total_internal_reflection else None
+    direction = (
+        mirrored(at.direction, at.normal) if plan.effects.reflection or plan.effects.total_internal_reflection else None
+    )
     if plan.effects.refraction:
         bent = refracted(at.direction, at.normal, bend)
         direction = bent if direction is None else where(branch == TRANSMITTED, bent, direction)
@@ -46,7 +50,9 @@ def departure(at: Arrival, branch: Int[Array, "n"]) -> Departure:
         return leaves
     past, before = branch == PAST, at.beam.departure
     passed = (jnp.where(past, at.object, -1), *(jnp.where(past, one, -1) for one in before.passed[:-1]))
-    return Departure(jnp.where(past, before.object, leaves.object), jnp.where(past, before.inwards, leaves.inwards), passed)
+    return Departure(
+        jnp.where(past, before.object, leaves.object), jnp.where(past, before.inwards, leaves.inwards), passed
+    )
 
 
 def share(tables: Tables, plan: Plan, object: Int[Array, "n"], branch: Int[Array, "n"]) -> Vec3:

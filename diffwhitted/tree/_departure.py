@@ -17,8 +17,15 @@ MOST_PASSED = 2
 """So many outlines a ray may run past before those that follow count whole or not at all."""
 
 
-def departing(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
-              parents: Arrival | None, origin: Origin, alive: Bool[Array, "n"]) -> tuple[Ray, Footprint | None, Vec3]:
+def departing(
+    tables: Tables,
+    camera: Camera,
+    plan: Plan,
+    samples: Samples,
+    parents: Arrival | None,
+    origin: Origin,
+    alive: Bool[Array, "n"],
+) -> tuple[Ray, Footprint | None, Vec3]:
     """The rays of a block, and the share of their light that goes on: camera rays, or the children of `parents`."""
 
     def camera_rays(parents):
@@ -53,7 +60,9 @@ def parents_of(origin: Origin, arrivals):
     def none(arrivals):
         return jax.tree.map(lambda a: jnp.zeros(origin.sample.shape, a.dtype), arrivals)
 
-    return jax.lax.cond(of_camera(origin), none, lambda arrivals: jax.tree.map(lambda a: a[origin.parent], arrivals), arrivals)
+    return jax.lax.cond(
+        of_camera(origin), none, lambda arrivals: jax.tree.map(lambda a: a[origin.parent], arrivals), arrivals
+    )
 
 
 def of_camera(origin: Origin) -> Bool[Array, ""]:

@@ -73,8 +73,9 @@ def calls_for(scene: Scene, material: str, coefficient: str, free: Collection[st
     return f"{name} = {np.array2string(np.asarray(value), precision=4, separator=', ', legacy=False)}"
 
 
-def decide_effects(scene: Scene, free: Collection[str] = (), max_depth: int | None = None,
-                   footprint: int | None = None) -> tuple[Decision, ...]:
+def decide_effects(
+    scene: Scene, free: Collection[str] = (), max_depth: int | None = None, footprint: int | None = None
+) -> tuple[Decision, ...]:
     """Decide every effect for a scene and the free coefficients of a fit, in the order of `Effects`.
 
     `max_depth` and `footprint` replace the scene's.
@@ -92,20 +93,39 @@ def decide_effects(scene: Scene, free: Collection[str] = (), max_depth: int | No
         "refraction": _decide(first_with["k_t"], "no object has k_t > 0", flat),
     }
     lit = found["diffuse"][0] or found["highlight"][0]
-    found["shadows"] = _decide(_caster(scene), "no object can stand between a point and a light",
-                               'shadows = "off"' if scene.shadows == "off" else "" if lit else "no light is looked at")
-    found["tinted_shadows"] = _decide(first_with["k_t"], "no object has k_t > 0",
-                                      "" if scene.shadows == "tinted" and found["shadows"][0] else f'shadows = "{scene.shadows}"'
-                                      if scene.shadows != "tinted" else "no shadow ray is cast")
+    found["shadows"] = _decide(
+        _caster(scene),
+        "no object can stand between a point and a light",
+        'shadows = "off"' if scene.shadows == "off" else "" if lit else "no light is looked at",
+    )
+    found["tinted_shadows"] = _decide(
+        first_with["k_t"],
+        "no object has k_t > 0",
+        ""
+        if scene.shadows == "tinted" and found["shadows"][0]
+        else f'shadows = "{scene.shadows}"'
+        if scene.shadows != "tinted"
+        else "no shadow ray is cast",
+    )
     refraction_off = "" if found["refraction"][0] else "no refraction"
-    found["total_internal_reflection"] = _decide(_denser(scene, free), "every transparent object has index 1", refraction_off)
+    found["total_internal_reflection"] = _decide(
+        _denser(scene, free), "every transparent object has index 1", refraction_off
+    )
     found["nested_media"] = _decide(_second_glass(scene, free), "fewer than two transparent solids", refraction_off)
     found["textures"] = _decide(_textured(scene, free), "no coefficient in use has a texture")
-    found["attenuation"] = _decide(_faded(scene), "no point light has an attenuation", "" if lit else "no light is looked at")
+    found["attenuation"] = _decide(
+        _faded(scene), "no point light has an attenuation", "" if lit else "no light is looked at"
+    )
     gradient = isinstance(scene.background, GradientBackground)
-    found["background_gradient"] = (gradient, "background = { gradient = ... }" if gradient else "the background is one colour")
-    found["cutoff"] = _decide(_truncated(scene), "cutoff = 0",
-                              "" if found["reflection"][0] or found["refraction"][0] else "no ray is reflected or refracted")
+    found["background_gradient"] = (
+        gradient,
+        "background = { gradient = ... }" if gradient else "the background is one colour",
+    )
+    found["cutoff"] = _decide(
+        _truncated(scene),
+        "cutoff = 0",
+        "" if found["reflection"][0] or found["refraction"][0] else "no ray is reflected or refracted",
+    )
     found["footprint"] = bool(trees), f"footprint = {trees}"
     return tuple(Decision(name, *found[name]) for name in EFFECT_NAMES)
 
@@ -178,5 +198,3 @@ def _faded(scene: Scene) -> str | None:
         if isinstance(light, PointLight) and light.attenuation is not None:
             return f"light {number} has an attenuation"
     return None
-
-

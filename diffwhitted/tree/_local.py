@@ -40,7 +40,9 @@ def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed
         radiance = radiance + k_a * tables.ambient
     if not effects.lighting:
         return radiance
-    k_d = _patterned(lookup(materials.k_d, material), material, patterns, plan.k_d_textures) if effects.diffuse else None
+    k_d = (
+        _patterned(lookup(materials.k_d, material), material, patterns, plan.k_d_textures) if effects.diffuse else None
+    )
     k_h = lookup(materials.k_h, material) if effects.highlight else None
     for number, light in enumerate(tables.lights):
         to_light, _, colour = stage(needed, light.arriving, at.point)
@@ -69,8 +71,11 @@ class Terms(eqx.Module):
 
 def _terms(tables: Tables, plan: Plan, material, at: Arrival, to_light: Vec3) -> Terms:
     effects = plan.effects
-    return Terms(diffuse(at.normal, to_light) if effects.diffuse else None, lit(at.normal, to_light) if effects.highlight else None,
-                 _highlight(tables, plan, material, at, to_light) if effects.highlight else None)
+    return Terms(
+        diffuse(at.normal, to_light) if effects.diffuse else None,
+        lit(at.normal, to_light) if effects.highlight else None,
+        _highlight(tables, plan, material, at, to_light) if effects.highlight else None,
+    )
 
 
 def _at_terminator(light, terms: Terms, at: Arrival, to_light: Vec3, needed) -> Terms:
@@ -82,8 +87,12 @@ def _at_terminator(light, terms: Terms, at: Arrival, to_light: Vec3, needed) -> 
         return (cosine <= turned) & (at.object >= 0)
 
     def mean(point, normal, to_light, beam):
-        across, down = (dot(step.origin, to_light) * beam.curvature + dot(normal, turned.direction)
-                        for step, turned in zip(beam.footprint.sides(), light_beam(light, point, beam.footprint).sides(), strict=True))
+        across, down = (
+            dot(step.origin, to_light) * beam.curvature + dot(normal, turned.direction)
+            for step, turned in zip(
+                beam.footprint.sides(), light_beam(light, point, beam.footprint).sides(), strict=True
+            )
+        )
         height = Linear(dot(normal, to_light), across, down).within(1.0)
         return ramp(height), coverage(height)
 
@@ -147,7 +156,9 @@ def _patterned(coefficient: Vec3, material, patterns, textures: tuple[int, ...])
 
 
 def _highlight(tables: Tables, plan: Plan, material, at: Arrival, to_light: Vec3):
-    value = lobe(_apart(plan, material, at.normal, to_light, at.direction), lookup(tables.materials.phong_exponent, material))
+    value = lobe(
+        _apart(plan, material, at.normal, to_light, at.direction), lookup(tables.materials.phong_exponent, material)
+    )
     if "off" not in plan.highlight_models:
         return value
     return jnp.where(lookup(jnp.asarray([model == "off" for model in plan.highlight_models]), material), 0, value)
@@ -175,8 +186,12 @@ def _over_footprint(tables: Tables, plan: Plan, light, terms: Terms, material, a
 
         sides = zip(beam.footprint.sides(), light_beam(light, point, beam.footprint).sides(), strict=True)
         across, down = (changed(step, turned) for step, turned in sides)
-        return lobe_mean(_apart(plan, material, normal, to_light, direction), across, down,
-                         lookup(tables.materials.phong_exponent, material))
+        return lobe_mean(
+            _apart(plan, material, normal, to_light, direction),
+            across,
+            down,
+            lookup(tables.materials.phong_exponent, material),
+        )
 
     shows = (terms.lobe > FAINTEST) & (at.object >= 0)
     blurred = packed(shows, mean, terms.lobe, material, at.point, at.normal, at.direction, to_light, at.beam)

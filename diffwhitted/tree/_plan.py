@@ -9,7 +9,17 @@ import numpy as np
 from .._errors import CapacityError, SceneError
 from .._stage import LANES
 from .._workers import processors
-from ..scene import Camera, Plane, Scene, Sphere, check_footprint, is_traced, material_names, numbered_objects, texture_names
+from ..scene import (
+    Camera,
+    Plane,
+    Scene,
+    Sphere,
+    check_footprint,
+    is_traced,
+    material_names,
+    numbered_objects,
+    texture_names,
+)
 from ._effects import Effects, as_effects, calls_for, decide_effects
 
 BLOCK = 2**13
@@ -72,7 +82,9 @@ class Plan:
     @property
     def blocks(self) -> int:
         """The most blocks that the rays of a pass can take: among the descendants one a depth may be partly filled."""
-        return self.pass_pixels // self.block + (ceil(self.capacity / self.block) + 3 * self.max_depth if self.capacity else 0)
+        return self.pass_pixels // self.block + (
+            ceil(self.capacity / self.block) + 3 * self.max_depth if self.capacity else 0
+        )
 
     @property
     def slots(self) -> int:
@@ -90,7 +102,9 @@ class Plan:
             return f"it was made with footprint = {self.footprint}, not {needed.footprint}"
         if self.solids != needed.solids:
             return "it was made for a scene whose transparent solids lie in another order of size"
-        missing = [f.name for f in fields(Effects) if getattr(needed.effects, f.name) and not getattr(self.effects, f.name)]
+        missing = [
+            f.name for f in fields(Effects) if getattr(needed.effects, f.name) and not getattr(self.effects, f.name)
+        ]
         if missing:
             return f"it leaves out {', '.join(missing)}, which the scene calls for"
         for have, want, what in ((self.mirrors, needed.mirrors, "k_s"), (self.transparent, needed.transparent, "k_t")):
@@ -103,14 +117,24 @@ class Plan:
         if not self.branching:
             return self
         if rays > LARGEST_ROOM:
-            raise CapacityError(f"the ray tree needs room for {rays:,} rays a pass of {self.pass_pixels:,} pixels, more than "
-                                f"{LARGEST_ROOM:,}; lower max_depth, or set fewer of k_s and k_t above zero")
+            raise CapacityError(
+                f"the ray tree needs room for {rays:,} rays a pass of {self.pass_pixels:,} pixels, more than "
+                f"{LARGEST_ROOM:,}; lower max_depth, or set fewer of k_s and k_t above zero"
+            )
         return replace(self, capacity=max(1, ceil(rays / self.block)) * self.block)
 
 
-def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_depth: int | None = None,
-              capacity: int | None = None, footprint: int | None = None, pass_of: int = MOST_PIXELS_A_PASS,
-              block_of: int | None = None) -> Plan:
+def make_plan(
+    scene: Scene,
+    camera: Camera,
+    *,
+    free: Collection[str] = (),
+    max_depth: int | None = None,
+    capacity: int | None = None,
+    footprint: int | None = None,
+    pass_of: int = MOST_PIXELS_A_PASS,
+    block_of: int | None = None,
+) -> Plan:
     """Plan the rendering of a scene by a camera, in passes of at most `pass_of` pixels and blocks of at most `block_of` rays.
 
     `free` names coefficients ("glass.k_s") whose derivative is wanted although they may be zero now: they
@@ -125,15 +149,25 @@ def make_plan(scene: Scene, camera: Camera, *, free: Collection[str] = (), max_d
     materials = [scene.materials[name] for name in names]
     trees = scene.footprint if footprint is None else footprint
     check_footprint(trees, "")
-    passes, pass_pixels, block = _split(camera.width * camera.height, pass_of, block_of or (FOOTPRINT_BLOCK if trees else BLOCK))
+    passes, pass_pixels, block = _split(
+        camera.width * camera.height, pass_of, block_of or (FOOTPRINT_BLOCK if trees else BLOCK)
+    )
     plan = Plan(
-        effects=effects, max_depth=depth, total_reflection_is_full=scene.total_internal_reflection == "full",
-        mirrors=mirrors, transparent=transparent,
-        material_of=tuple(names.index(o.material) for o in objects), solids=_smallest_first(objects, transparent),
+        effects=effects,
+        max_depth=depth,
+        total_reflection_is_full=scene.total_internal_reflection == "full",
+        mirrors=mirrors,
+        transparent=transparent,
+        material_of=tuple(names.index(o.material) for o in objects),
+        solids=_smallest_first(objects, transparent),
         highlight_models=tuple(m.highlight for m in materials),
         k_a_textures=tuple(-1 if m.k_a_texture is None else textures.index(m.k_a_texture) for m in materials),
         k_d_textures=tuple(-1 if m.k_d_texture is None else textures.index(m.k_d_texture) for m in materials),
-        picture=(camera.width, camera.height), passes=passes, pass_pixels=pass_pixels, block=block, capacity=0,
+        picture=(camera.width, camera.height),
+        passes=passes,
+        pass_pixels=pass_pixels,
+        block=block,
+        capacity=0,
         footprint=trees,
     )
     worst = _worst_case(plan)
@@ -175,6 +209,8 @@ def _smallest_first(objects, transparent: tuple[bool, ...]) -> tuple[int, ...]:
     solids = [i for i, thing in enumerate(objects) if transparent[i] and isinstance(thing, (Sphere, Plane))]
     unknown = [objects[i].name for i in solids if isinstance(objects[i], Sphere) and is_traced(objects[i].radius)]
     if unknown and len(solids) > 1:
-        raise SceneError(f"object {unknown[0]!r}: its radius is traced, so which transparent solid lies inside which is not known; "
-                         "pass plan=diffwhitted.plan(scene, camera), made outside jit, grad or vmap")
+        raise SceneError(
+            f"object {unknown[0]!r}: its radius is traced, so which transparent solid lies inside which is not known; "
+            "pass plan=diffwhitted.plan(scene, camera), made outside jit, grad or vmap"
+        )
     return tuple(sorted(solids, key=lambda i: (size(i), -i)))

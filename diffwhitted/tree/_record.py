@@ -16,7 +16,18 @@ from jaxtyping import Array, Bool, Int
 
 from .._stage import empty_buffers, packed, running_count, stage, write_block
 from .._vector import Vec3, where
-from ..geometry import NOTHING, Departure, Footprint, Ray, containing, hidden_parts, near_outlines, nearest, nearest_part, surface_at
+from ..geometry import (
+    NOTHING,
+    Departure,
+    Footprint,
+    Ray,
+    containing,
+    hidden_parts,
+    near_outlines,
+    nearest,
+    nearest_part,
+    surface_at,
+)
 from ..illumination import before, sees_light, surfaces_crossed
 from ..scene import Camera, Tables
 from ._arrival import BRANCHES, PAST, TRANSMITTED, Arrival, Origin, arrival
@@ -69,8 +80,15 @@ def record(tables: Tables, camera: Camera, plan: Plan, samples: Samples) -> Reco
     return follow(*jax.lax.stop_gradient((tables, camera)), plan, jax.lax.stop_gradient(samples))[0]
 
 
-def follow(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
-           light_of: Callable | None = None, beyond: Beyond | None = None, kinds: int = 1):
+def follow(
+    tables: Tables,
+    camera: Camera,
+    plan: Plan,
+    samples: Samples,
+    light_of: Callable | None = None,
+    beyond: Beyond | None = None,
+    kinds: int = 1,
+):
     """The tree of a pass and, where `light_of(nodes, rays, arrivals, needed)` is given, its `kinds` of light on the film; where `beyond` is
     given, also the most light that the branches that are not followed could bring.
 
@@ -109,8 +127,13 @@ def follow(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
 
     shapes = jax.eval_shape(follow_rays, *any_ray(plan, one.dtype), jnp.bool_(True))[:2]
     buffers = empty_buffers((*shapes, white if weighed else None), plan.slots)
-    queue, bounds = (jnp.zeros(plan.slots, jnp.int32), jnp.int32(plan.pass_pixels)), jnp.full(plan.blocks, room, jnp.int32)
-    film = empty_buffers(((white,) * kinds if light_of else None, white if beyond and plan.branching else None), plan.pass_pixels)
+    queue, bounds = (
+        (jnp.zeros(plan.slots, jnp.int32), jnp.int32(plan.pass_pixels)),
+        jnp.full(plan.blocks, room, jnp.int32),
+    )
+    film = empty_buffers(
+        ((white,) * kinds if light_of else None, white if beyond and plan.branching else None), plan.pass_pixels
+    )
     first = (jnp.int32(0), jnp.int32(0), queue, buffers, (bounds, bounds), film)
     _, _, (_, count), (nodes, *_), (starts, ends), film = jax.lax.while_loop(waiting, follow_block, first)
     return Record(nodes, starts, ends, count - plan.pass_pixels), film
@@ -128,14 +151,24 @@ def _origin(plan: Plan, known: Origin, slot: Int[Array, "n"], queue: Int[Array, 
         deeper = (lineage % BRANCHES != PAST).astype(jnp.int8)
         return Origin(known.sample[parent], known.level[parent] + deeper, lineage)
 
-    return jax.lax.cond(slot[0] < plan.pass_pixels, camera, children, known, queue) if plan.branching else camera(known, queue)
+    return (
+        jax.lax.cond(slot[0] < plan.pass_pixels, camera, children, known, queue)
+        if plan.branching
+        else camera(known, queue)
+    )
 
 
-def _follow(tables: Tables, plan: Plan, ray: Ray, footprint: Footprint | None, departure: Departure, origin: Origin, needed):
+def _follow(
+    tables: Tables, plan: Plan, ray: Ray, footprint: Footprint | None, departure: Departure, origin: Origin, needed
+):
     """Find the surface that each ray meets: its node, its arrival, and its children."""
     object, entering, cut = _meets(tables, ray, footprint, departure, needed)
     if footprint is None:
-        hit, direction, beam = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, object, entering), ray.direction, None
+        hit, direction, beam = (
+            stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, object, entering),
+            ray.direction,
+            None,
+        )
     else:
         hit, direction, beam = arriving(tables.shapes, ray, footprint, object, entering, cut, departure, needed)
     outside = containing(tables.shapes, hit.point, plan.solids, but=object) if plan.effects.nested_media else None
@@ -178,13 +211,28 @@ def _shadows(tables: Tables, plan: Plan, at: Arrival, needed):
             shading.append(parts)
         visible.append(sees)
         if plan.effects.tinted_shadows:
-            crossed.append(tuple(
-                surfaces_crossed(tables.shapes, ray, departure, distance, objects, parts).astype(_count_type(objects))
-                for objects in glass_by_material(plan).values()))
+            crossed.append(
+                tuple(
+                    surfaces_crossed(tables.shapes, ray, departure, distance, objects, parts).astype(
+                        _count_type(objects)
+                    )
+                    for objects in glass_by_material(plan).values()
+                )
+            )
     return tuple(visible), tuple(crossed), tuple(shading)
 
 
-def _hidden(tables: Tables, light, ray: Ray, footprint: Footprint, departure: Departure, distance, opaque: tuple[bool, ...], sees, needed):
+def _hidden(
+    tables: Tables,
+    light,
+    ray: Ray,
+    footprint: Footprint,
+    departure: Departure,
+    distance,
+    opaque: tuple[bool, ...],
+    sees,
+    needed,
+):
     """Does some of the footprint see the light past all that hides it from the whole of it, and which objects hide it in part?"""
 
     def near(ray, footprint):

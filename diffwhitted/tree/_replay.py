@@ -28,12 +28,21 @@ from ._truncation import Beyond
 
 def light_of(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed) -> Vec3:
     """The light that rays bring from what they meet, surface or background."""
-    light = where(nodes.object >= 0, local_radiance(tables, plan, nodes, at, needed), tables.background.seen(at.direction))
+    light = where(
+        nodes.object >= 0, local_radiance(tables, plan, nodes, at, needed), tables.background.seen(at.direction)
+    )
     return light if at.beam is None else light * at.beam.edge.share
 
 
-def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, samples: Samples, light_of: Callable = light_of,
-           forward: bool = False) -> Vec3:
+def replay(
+    tables: Tables,
+    camera: Camera,
+    record: Record,
+    plan: Plan,
+    samples: Samples,
+    light_of: Callable = light_of,
+    forward: bool = False,
+) -> Vec3:
     """Linear RGB of the samples of a pass, three arrays of shape (plan.pass_pixels,).
 
     Differentiable in `tables` and `camera`, along the recorded tree. `light_of` stands in place of the light of a node.
@@ -69,12 +78,16 @@ def replay(tables: Tables, camera: Camera, record: Record, plan: Plan, samples: 
     one = jnp.ones(plan.block, tables.ambient.dtype)
     white = Vec3(one, one, one)
     ray, footprint, _, _ = any_ray(plan, one.dtype)
-    arrived = jax.eval_shape(lambda: _arrived(tables, plan, read_block(record.nodes, 0, plan.block), ray, footprint, jnp.bool_(True)))
+    arrived = jax.eval_shape(
+        lambda: _arrived(tables, plan, read_block(record.nodes, 0, plan.block), ray, footprint, jnp.bool_(True))
+    )
     state = empty_buffers((arrived, white), plan.slots) if branching else ()
     carry = empty_buffers(white, plan.pass_pixels), state
     if forward:
         there = jnp.sum(record.ends > record.starts)
-        return jax.lax.fori_loop(0, there, lambda number, carry: follow_block(record.starts[number], record.ends[number], carry), carry)[0]
+        return jax.lax.fori_loop(
+            0, there, lambda number, carry: follow_block(record.starts[number], record.ends[number], carry), carry
+        )[0]
     return jax.lax.scan(follow_if_there, carry, (record.starts, record.ends))[0][0]
 
 
@@ -83,34 +96,45 @@ def _arrived(tables: Tables, plan: Plan, nodes: Nodes, ray: Ray, footprint: Foot
     if footprint is None:
         hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, nodes.object, nodes.entering)
         return arrival(hit, ray.direction, nodes.outside, None)
-    hit, direction, beam = arriving(tables.shapes, ray, footprint, nodes.object, nodes.entering, nodes.cut, None, needed)
+    hit, direction, beam = arriving(
+        tables.shapes, ray, footprint, nodes.object, nodes.entering, nodes.cut, None, needed
+    )
     return arrival(hit, direction, nodes.outside, beam)
 
 
-def trace(tables: Tables, camera: Camera, plan: Plan, samples: Samples,
-          beyond: Beyond | None = None) -> tuple[Vec3, Vec3 | None, Int[Array, ""]]:
+def trace(
+    tables: Tables, camera: Camera, plan: Plan, samples: Samples, beyond: Beyond | None = None
+) -> tuple[Vec3, Vec3 | None, Int[Array, ""]]:
     """What `record` and `replay` give, in one go and without derivatives: the film, and the number of descendants.
 
     Between the two, where `beyond` is given, the most light that the branches that were not followed could bring.
     """
-    tree, ((film,), left) = follow(tables, camera, plan, samples, lambda nodes, ray, *a: (light_of(tables, plan, nodes, *a),), beyond)
+    tree, ((film,), left) = follow(
+        tables, camera, plan, samples, lambda nodes, ray, *a: (light_of(tables, plan, nodes, *a),), beyond
+    )
     return film, left, tree.descendants
 
 
-def trace_left_out(tables: Tables, camera: Camera, plan: Plan, samples: Samples, beyond: Beyond) -> tuple[Vec3, Int[Array, ""]]:
+def trace_left_out(
+    tables: Tables, camera: Camera, plan: Plan, samples: Samples, beyond: Beyond
+) -> tuple[Vec3, Int[Array, ""]]:
     """Of what `trace` gives with `beyond` only what is left out, and the number of descendants. `plan` must weigh its rays: have a cutoff."""
     tree, (_, left) = follow(tables, camera, plan, samples, beyond=beyond)
     return left, tree.descendants
 
 
-def trace_beside_small(tables: Tables, camera: Camera, plan: Plan, samples: Samples) -> tuple[Vec3, Vec3, Int[Array, ""]]:
+def trace_beside_small(
+    tables: Tables, camera: Camera, plan: Plan, samples: Samples
+) -> tuple[Vec3, Vec3, Int[Array, ""]]:
     """What `trace` gives, and between the two how much light comes along rays that pass by something smaller than their distance."""
     apart = samples.side * camera.pixel_angle()
 
     def both(nodes: Nodes, ray: Ray, at: Arrival, needed):
         reach = length(ray.origin - vec3(camera.look_from)) * apart
         limit = jnp.where(nodes.object < 0, jnp.inf, length(at.point - ray.origin))
-        beside = stage(needed, lambda *a: beside_small(tables.shapes, *a), ray, reach, apart * jnp.ones_like(reach), limit)
+        beside = stage(
+            needed, lambda *a: beside_small(tables.shapes, *a), ray, reach, apart * jnp.ones_like(reach), limit
+        )
         one = beside.astype(at.point.x.dtype)
         return light_of(tables, plan, nodes, at, needed), Vec3(one, one, one)
 

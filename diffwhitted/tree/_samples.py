@@ -28,7 +28,9 @@ def grid(plan: Plan, camera: Camera, number: Int[Array, ""], place: Float[Array,
     pixel = pixel_of(plan, number, jnp.arange(plan.pass_pixels, dtype=jnp.int32))
     last = camera.width * camera.height - 1
     column, row = camera.place(jnp.minimum(pixel, last), place)
-    return Samples(column, row, pixel <= last, jnp.asarray(1 / max(plan.footprint, 1) if side is None else side, column.dtype))
+    return Samples(
+        column, row, pixel <= last, jnp.asarray(1 / max(plan.footprint, 1) if side is None else side, column.dtype)
+    )
 
 
 def pixel_of(plan: Plan, number, sample):

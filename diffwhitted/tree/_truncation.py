@@ -20,14 +20,18 @@ Children = tuple[Int[Array, "n"], Bool[Array, "n"], Bool[Array, "n"] | None]
 """The mirror child (0 for none, else its branch), whether there is a transmitted one, and one that runs past."""
 
 
-def followed(tables: Tables, plan: Plan, at: Arrival, level: Int[Array, "n"], throughput: Vec3 | None, children: Children) -> Children:
+def followed(
+    tables: Tables, plan: Plan, at: Arrival, level: Int[Array, "n"], throughput: Vec3 | None, children: Children
+) -> Children:
     """Those of the children that are followed. What runs past an outline is no deeper than its parent, and always is."""
     mirror, through, past = children
     deeper = level < (plan.max_depth if tables.max_depth is None else tables.max_depth)
     keep_mirror = keep_through = deeper
     if plan.effects.cutoff:
-        keep_mirror, keep_through = (deeper & (_brightest(throughput * share(tables, plan, at.object, branch)) >= tables.cutoff)
-                                     for branch in (mirror, jnp.full_like(mirror, TRANSMITTED)))
+        keep_mirror, keep_through = (
+            deeper & (_brightest(throughput * share(tables, plan, at.object, branch)) >= tables.cutoff)
+            for branch in (mirror, jnp.full_like(mirror, TRANSMITTED))
+        )
     return jnp.where(keep_mirror, mirror, 0), through & keep_through, past
 
 
@@ -38,7 +42,9 @@ class Beyond(eqx.Module):
     inwards: Vec3
 
 
-def left_out(tables: Tables, plan: Plan, beyond: Beyond, at: Arrival, throughput: Vec3, children: Children, kept: Children) -> Vec3:
+def left_out(
+    tables: Tables, plan: Plan, beyond: Beyond, at: Arrival, throughput: Vec3, children: Children, kept: Children
+) -> Vec3:
     """The most light that the children that are not followed could bring; where no finite amount is known, infinite."""
     transmitted = jnp.full_like(children[0], TRANSMITTED)
     mirror, through = ((children[0] > 0) & (kept[0] == 0), children[0]), (children[1] & ~kept[1], transmitted)

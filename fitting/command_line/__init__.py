@@ -24,7 +24,10 @@ STOPPED = 130
 """The exit code of a program that Ctrl-C has ended, as shells know it."""
 
 app = typer.Typer(
-    name="diffwhitted", add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
+    name="diffwhitted",
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Start with: diffwhitted render SCENE.toml -o picture.png. COMMAND --help explains every option.",
 )

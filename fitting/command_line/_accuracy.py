@@ -50,7 +50,9 @@ def accuracy_bound(tolerance: str | None, time_budget: float | None, **settings:
     return {"time_budget": time_budget}
 
 
-def found_picture(path: Path, scene: Scene, camera: Camera, name: str, bound: dict[str, float]) -> tuple[Settings, Picture, str]:
+def found_picture(
+    path: Path, scene: Scene, camera: Camera, name: str, bound: dict[str, float]
+) -> tuple[Settings, Picture, str]:
     """The picture within the bound, and a sentence on its settings and error."""
     from diffwhitted import measure
 
@@ -63,8 +65,9 @@ def found_picture(path: Path, scene: Scene, camera: Camera, name: str, bound: di
     return settings, Picture(found.image, found.rays, found.seconds, found.seconds_compile, None), text
 
 
-def remembered(path: Path, scene: Scene, camera: Camera, name: str, bound: dict[str, float],
-               on_work: Callable[[str], None]) -> tuple[Settings, str, Choice | None]:
+def remembered(
+    path: Path, scene: Scene, camera: Camera, name: str, bound: dict[str, float], on_work: Callable[[str], None]
+) -> tuple[Settings, str, Choice | None]:
     """Settings that meet `bound`, a sentence on them, and the choice if it was made now rather than read.
 
     Choices are kept in a small file beside the scene, each under the scene's text, the view, the bound, the version and the
@@ -82,7 +85,9 @@ def remembered(path: Path, scene: Scene, camera: Camera, name: str, bound: dict[
     choice = choose(scene, camera, **bound, on_work=on_work)
     text = sentence(choice, bound)
     kept.pop(key, None)
-    _write(store, dict(list(kept.items())[1 - REMEMBERED:]) | {key: {"settings": asdict(choice.settings), "text": text}})
+    _write(
+        store, dict(list(kept.items())[1 - REMEMBERED :]) | {key: {"settings": asdict(choice.settings), "text": text}}
+    )
     return choice.settings, text, choice
 
 
@@ -91,8 +96,10 @@ def sentence(choice: Choice, bound: dict[str, float]) -> str:
     from fitting._tradeoff import tolerance_text
 
     asked = f"within {tolerance_text(bound['tolerance'])}" if "tolerance" in bound else f"in {bound['time_budget']:g} s"
-    return (f"{asked}: {choice.settings}; error {choice.error:.2g} (RMSE, linear RGB) on {choice.checked:,} pixels that the search did not see, "
-            f"against {choice.checked_against}")
+    return (
+        f"{asked}: {choice.settings}; error {choice.error:.2g} (RMSE, linear RGB) on {choice.checked:,} pixels that the search did not see, "
+        f"against {choice.checked_against}"
+    )
 
 
 def _key(path: Path, scene: Scene, camera: Camera, name: str, bound: dict[str, float]) -> str:
@@ -103,8 +110,17 @@ def _key(path: Path, scene: Scene, camera: Camera, name: str, bound: dict[str, f
 
     from . import version_line
 
-    asked = [name, camera.width, camera.height, scene.precision, float(scene.cutoff), sorted(bound.items()), version_line(),
-             platform.node(), processors()]
+    asked = [
+        name,
+        camera.width,
+        camera.height,
+        scene.precision,
+        float(scene.cutoff),
+        sorted(bound.items()),
+        version_line(),
+        platform.node(),
+        processors(),
+    ]
     return sha256(path.read_bytes() + json.dumps(asked).encode()).hexdigest()[:32]
 
 

@@ -15,24 +15,73 @@ if TYPE_CHECKING:
 
     from diffwhitted import Camera, Derivative, Scene
 
-Of = Annotated[str, typer.Option("--of", metavar="NAME", show_default=False, help="MATERIAL.COEFFICIENT, such as glass.refractive_index.")]
-Out = Annotated[Path, typer.Option(
-    "--out", "-o", metavar="FILE", show_default=False,
-    help="Image to write: .exr .tif hold the derivative itself, linear RGB; .png shows it in signed colours with a scale.")]
-Footprint = Annotated[int, typer.Option(
-    "--footprint", metavar="K", min=0, max=64, help="K x K filtered trees a pixel; 0: points, whose derivative does not see edges move.")]
-Refine = Annotated[bool, typer.Option(
-    "--refine/--no-refine", help="2 x 2 trees for each of those of the pixels where the derivative is largest, a fifteenth at most.")]
-Check = Annotated[bool, typer.Option(
-    "--check", help="Also measure the central difference of heavily supersampled pictures, and say how well it agrees.")]
-CheckSamples = Annotated[int, typer.Option("--check-samples", metavar="N", min=8, max=256, help="N x N points a pixel for --check.")]
-CheckStep = Annotated[float | None, typer.Option(
-    "--check-step", metavar="H", show_default=False, help="Half the distance of the two pictures. Default: 1e-3 of the value, at least 5e-4.")]
+Of = Annotated[
+    str,
+    typer.Option(
+        "--of", metavar="NAME", show_default=False, help="MATERIAL.COEFFICIENT, such as glass.refractive_index."
+    ),
+]
+Out = Annotated[
+    Path,
+    typer.Option(
+        "--out",
+        "-o",
+        metavar="FILE",
+        show_default=False,
+        help="Image to write: .exr .tif hold the derivative itself, linear RGB; .png shows it in signed colours with a scale.",
+    ),
+]
+Footprint = Annotated[
+    int,
+    typer.Option(
+        "--footprint",
+        metavar="K",
+        min=0,
+        max=64,
+        help="K x K filtered trees a pixel; 0: points, whose derivative does not see edges move.",
+    ),
+]
+Refine = Annotated[
+    bool,
+    typer.Option(
+        "--refine/--no-refine",
+        help="2 x 2 trees for each of those of the pixels where the derivative is largest, a fifteenth at most.",
+    ),
+]
+Check = Annotated[
+    bool,
+    typer.Option(
+        "--check",
+        help="Also measure the central difference of heavily supersampled pictures, and say how well it agrees.",
+    ),
+]
+CheckSamples = Annotated[
+    int, typer.Option("--check-samples", metavar="N", min=8, max=256, help="N x N points a pixel for --check.")
+]
+CheckStep = Annotated[
+    float | None,
+    typer.Option(
+        "--check-step",
+        metavar="H",
+        show_default=False,
+        help="Half the distance of the two pictures. Default: 1e-3 of the value, at least 5e-4.",
+    ),
+]
 
 
 def derivative(
-    scene: ScenePath, of: Of, out: Out, camera: CameraName = None, width: Width = None, height: Height = None, depth: Depth = None,
-    footprint: Footprint = 1, refine: Refine = True, check: Check = False, check_samples: CheckSamples = 64, check_step: CheckStep = None,
+    scene: ScenePath,
+    of: Of,
+    out: Out,
+    camera: CameraName = None,
+    width: Width = None,
+    height: Height = None,
+    depth: Depth = None,
+    footprint: Footprint = 1,
+    refine: Refine = True,
+    check: Check = False,
+    check_samples: CheckSamples = 64,
+    check_step: CheckStep = None,
     precision: PrecisionName = Precision.float32,
 ) -> None:
     """Write the derivative of a picture in one coefficient.
@@ -63,23 +112,40 @@ def derivative(
 
         signed_picture(out, [slope] if truth is None else [slope, truth], of)
     else:
-        write_image(out, slope, metadata={"scene": scene.name, "camera": name, "content": f"d image / d {of}", "footprint": footprint})
+        write_image(
+            out,
+            slope,
+            metadata={"scene": scene.name, "camera": name, "content": f"d image / d {of}", "footprint": footprint},
+        )
     more = f", {np.count_nonzero(found.refined):,} pixels refined" if found.refined.any() else ""
-    print(f"wrote {out}: {view.width} x {view.height} pixels, largest |d/d {of}| {abs(slope).max():.4g}; {found.rays:,} rays{more}")
+    print(
+        f"wrote {out}: {view.width} x {view.height} pixels, largest |d/d {of}| {abs(slope).max():.4g}; {found.rays:,} rays{more}"
+    )
     if truth is not None:
         print(agreement(slope, truth, check_samples, step))
 
 
-def derivative_image(scene: Scene, camera: Camera, name: str, depth: int | None, footprint: int, refine: bool) -> Derivative:
+def derivative_image(
+    scene: Scene, camera: Camera, name: str, depth: int | None, footprint: int, refine: bool
+) -> Derivative:
     """Picture and derivative in a coefficient; of a coloured coefficient along all its channels at once."""
     from diffwhitted import coefficient_value, replace_coefficient
     from diffwhitted import derivative as in_one_number
 
-    return in_one_number(lambda value: replace_coefficient(scene, name, value), coefficient_value(scene, name), camera,
-                         free=(name,), max_depth=depth, footprint=footprint, refine=refine)
+    return in_one_number(
+        lambda value: replace_coefficient(scene, name, value),
+        coefficient_value(scene, name),
+        camera,
+        free=(name,),
+        max_depth=depth,
+        footprint=footprint,
+        refine=refine,
+    )
 
 
-def difference_image(scene: Scene, camera: Camera, name: str, depth: int | None, samples: int, step: float | None) -> tuple[Any, float]:
+def difference_image(
+    scene: Scene, camera: Camera, name: str, depth: int | None, samples: int, step: float | None
+) -> tuple[Any, float]:
     """The central difference of two supersampled pictures, and half the distance between them."""
     import jax.numpy as jnp
     import numpy as np
@@ -88,8 +154,19 @@ def difference_image(scene: Scene, camera: Camera, name: str, depth: int | None,
 
     value = np.asarray(coefficient_value(scene, name))
     step = step or max(1e-3 * float(value.max()), 5e-4)
-    ends = [np.asarray(render(replace_coefficient(scene, name, jnp.asarray(value + d, scene.dtype)), camera, samples=samples,
-                              max_depth=depth, footprint=0), np.float64) for d in (step, -step)]
+    ends = [
+        np.asarray(
+            render(
+                replace_coefficient(scene, name, jnp.asarray(value + d, scene.dtype)),
+                camera,
+                samples=samples,
+                max_depth=depth,
+                footprint=0,
+            ),
+            np.float64,
+        )
+        for d in (step, -step)
+    ]
     return (ends[0] - ends[1]) / (2 * step), step
 
 
@@ -102,5 +179,7 @@ def agreement(slope: np.ndarray, truth: np.ndarray, samples: int, step: float) -
         return f"check: the difference of {samples} x {samples} points a pixel at +-{step:g} is zero everywhere"
     cosine = float((slope * truth).sum() / max(np.linalg.norm(slope) * size, 1e-300))
     away = float(np.linalg.norm(slope - truth) / size)
-    return (f"check: against the difference of {samples} x {samples} points a pixel at +-{step:g}: cosine {cosine:.4f}, "
-            f"relative L2 distance {away:.3f} (noise and step of the difference included)")
+    return (
+        f"check: against the difference of {samples} x {samples} points a pixel at +-{step:g}: cosine {cosine:.4f}, "
+        f"relative L2 distance {away:.3f} (noise and step of the difference included)"
+    )

@@ -37,8 +37,10 @@ def _check_platforms(jax: ModuleType) -> None:
     try:
         jax.devices()
     except (RuntimeError, AssertionError) as error:
-        raise InputError(f"JAX cannot compute on JAX_PLATFORMS = {platforms!r}: {' '.join(str(error).split())[:200] or 'not found'}; "
-                         "unset it, or set it to cpu") from None
+        raise InputError(
+            f"JAX cannot compute on JAX_PLATFORMS = {platforms!r}: {' '.join(str(error).split())[:200] or 'not found'}; "
+            "unset it, or set it to cpu"
+        ) from None
 
 
 def _cache_folder() -> Path | None:

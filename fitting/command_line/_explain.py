@@ -22,20 +22,43 @@ if TYPE_CHECKING:
 
 DRAWINGS = (".png", ".svg", ".pdf")
 
-Free = Annotated[list[str] | None, typer.Option(
-    "--free", metavar="NAME", show_default=False,
-    help='Coefficient that a fit leaves free, so that its effect stays on at 0. Wildcards in quotes: "*.k_s".')]
+Free = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--free",
+        metavar="NAME",
+        show_default=False,
+        help='Coefficient that a fit leaves free, so that its effect stays on at 0. Wildcards in quotes: "*.k_s".',
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON in place of the tables.")]
-Measure = Annotated[bool, typer.Option(
-    "--measure/--no-measure", help="Measure what each effect costs; takes some seconds for each effect that is on.")]
-Maps = Annotated[Path | None, typer.Option(
-    "--maps", metavar="IMAGE", show_default=False,
-    help="Draw the picture with the rays, the depth and the antialiasing squares of each pixel: a PNG, SVG or PDF file.")]
+Measure = Annotated[
+    bool,
+    typer.Option(
+        "--measure/--no-measure", help="Measure what each effect costs; takes some seconds for each effect that is on."
+    ),
+]
+Maps = Annotated[
+    Path | None,
+    typer.Option(
+        "--maps",
+        metavar="IMAGE",
+        show_default=False,
+        help="Draw the picture with the rays, the depth and the antialiasing squares of each pixel: a PNG, SVG or PDF file.",
+    ),
+]
 
 
 def explain(
-    scene: ScenePath, camera: CameraName = None, free: Free = None, depth: Depth = None, width: Width = None,
-    height: Height = None, json: Json = False, measure: Measure = True, maps: Maps = None,
+    scene: ScenePath,
+    camera: CameraName = None,
+    free: Free = None,
+    depth: Depth = None,
+    width: Width = None,
+    height: Height = None,
+    json: Json = False,
+    measure: Measure = True,
+    maps: Maps = None,
 ) -> None:
     """Say which effects a scene calls for, why, what each costs, and which rays there are.
 
@@ -56,15 +79,27 @@ def explain(
         if maps is not None:
             check_drawing(maps)
         progress.say("counting rays")
-        explanation = find_out(loaded, view.resized(width, height), free=names, max_depth=depth, measure=measure,
-                               on_measure=lambda part: progress.say(f"measuring {part}"))
+        explanation = find_out(
+            loaded,
+            view.resized(width, height),
+            free=names,
+            max_depth=depth,
+            measure=measure,
+            on_measure=lambda part: progress.say(f"measuring {part}"),
+        )
         if maps is not None:
             progress.say("drawing the maps")
             draw_maps(loaded, view.resized(width, height), depth, maps)
     if json:
         from json import dumps
 
-        print(dumps({"scene": str(scene), "camera": name, "free": list(names)} | explanation.to_json(), indent=2, allow_nan=False))
+        print(
+            dumps(
+                {"scene": str(scene), "camera": name, "free": list(names)} | explanation.to_json(),
+                indent=2,
+                allow_nan=False,
+            )
+        )
     else:
         print_explanation(explanation, f"{scene}, camera {name}")
 
@@ -99,11 +134,17 @@ def print_explanation(explanation: Explanation, title: str) -> None:
     from rich.console import Console
 
     console, rays = Console(highlight=False), explanation.rays
-    sentences = [f"{rays.background:,} of the rays ({rays.background / rays.total:.0%}) met nothing.",
-                 f"Beside them, {rays.shadow:,} shadow rays went from lit points to lights."]
+    sentences = [
+        f"{rays.background:,} of the rays ({rays.background / rays.total:.0%}) met nothing.",
+        f"Beside them, {rays.shadow:,} shadow rays went from lit points to lights.",
+    ]
     if cut := sum(rays.cut_off.values()):
-        sentences.append(f"{cut:,} more lie past depth {explanation.max_depth} and bring no light; a larger --depth follows them.")
-    console.print(f"{title}: {explanation.width} x {explanation.height} pixels, depth {explanation.max_depth}", markup=False)
+        sentences.append(
+            f"{cut:,} more lie past depth {explanation.max_depth} and bring no light; a larger --depth follows them."
+        )
+    console.print(
+        f"{title}: {explanation.width} x {explanation.height} pixels, depth {explanation.max_depth}", markup=False
+    )
     cost = explanation.cost
     costs = (_cost_table(explanation), _about_cost(cost)) if cost is not None else ()
     for part in (_effect_table(explanation), *costs, _ray_table(explanation.rays), " ".join(sentences)):
@@ -125,22 +166,40 @@ def _cost_table(explanation: Explanation) -> Table:
     table = plain_table("without", "time", "compile", "rays")
     for column in table.columns[1:]:
         column.justify = "right"
-    table.add_row("(the picture)", f"{1000 * explanation.cost.seconds:.3g} ms", f"{explanation.cost.seconds_compile:.2g} CPU s", f"{explanation.cost.rays:,}")
+    table.add_row(
+        "(the picture)",
+        f"{1000 * explanation.cost.seconds:.3g} ms",
+        f"{explanation.cost.seconds_compile:.2g} CPU s",
+        f"{explanation.cost.rays:,}",
+    )
     measured = [(effect.name, effect.cost) for effect in explanation.effects if effect.cost is not None]
     for name, cost in sorted(measured, key=lambda pair: -pair[1].share):
-        table.add_row(_words(name), "below noise" if cost.below_noise else f"{-cost.share:+.0%}", f"{-cost.compile_share:+.0%}",
-                      f"{-cost.rays:+,}" if cost.rays else "")
+        table.add_row(
+            _words(name),
+            "below noise" if cost.below_noise else f"{-cost.share:+.0%}",
+            f"{-cost.compile_share:+.0%}",
+            f"{-cost.rays:+,}" if cost.rays else "",
+        )
     return table
 
 
 def _about_cost(cost: PictureCost) -> str:
     parts = ", ".join(f"{name} {share:.0%}" for name, share in asdict(cost.work).items())
-    return (f"Of the time: {parts}. Overhead is the way along known rays, intersection the search for what rays and shadow rays "
-            "meet, shading the light. What two effects share counts in both. Each was compiled once: less than a fifth is noise there.")
+    return (
+        f"Of the time: {parts}. Overhead is the way along known rays, intersection the search for what rays and shadow rays "
+        "meet, shading the light. What two effects share counts in both. Each was compiled once: less than a fifth is noise there."
+    )
 
 
 def _ray_table(rays: RayCounts) -> Table:
-    table = plain_table("rays of level", "count", "", "of kind", "count", footers=("all", f"{rays.total:,}", "", "all", f"{rays.total:,}"))
+    table = plain_table(
+        "rays of level",
+        "count",
+        "",
+        "of kind",
+        "count",
+        footers=("all", f"{rays.total:,}", "", "all", f"{rays.total:,}"),
+    )
     for number in (1, 4):
         table.columns[number].justify = "right"
     levels = [(str(level), f"{count:,}") for level, count in enumerate(rays.by_level, 1)]
@@ -150,8 +209,13 @@ def _ray_table(rays: RayCounts) -> Table:
     return table
 
 
-_KINDS = {"camera": "camera", "mirror": "mirror (k_s)", "transmitted": "transmitted (k_t)", "total": "total reflection",
-          "past": "past an outline"}
+_KINDS = {
+    "camera": "camera",
+    "mirror": "mirror (k_s)",
+    "transmitted": "transmitted (k_t)",
+    "total": "total reflection",
+    "past": "past an outline",
+}
 
 
 def plain_table(*headers: str, footers: Sequence[str] = ()) -> Table:
@@ -159,8 +223,14 @@ def plain_table(*headers: str, footers: Sequence[str] = ()) -> Table:
     from rich import box
     from rich.table import Table
 
-    table = Table(box=box.SIMPLE if footers else box.SIMPLE_HEAD, show_footer=bool(footers), show_edge=False, pad_edge=False,
-                  padding=(0, 2, 0, 0), footer_style="none")
+    table = Table(
+        box=box.SIMPLE if footers else box.SIMPLE_HEAD,
+        show_footer=bool(footers),
+        show_edge=False,
+        pad_edge=False,
+        padding=(0, 2, 0, 0),
+        footer_style="none",
+    )
     for header, footer in zip_longest(headers, footers, fillvalue=""):
         table.add_column(header, footer)
     return table

@@ -30,7 +30,10 @@ def _message(error: Exception) -> tuple[str, int]:
         return "there is not enough memory for this; try a smaller --width, fewer --samples or a lower --depth", 2
     if isinstance(error, OSError):
         return _os_message(error), 2
-    return f"unexpected {type(error).__name__} {text[:300]!r}; {TRACEBACK}=1 in the environment shows where it comes from", 1
+    return (
+        f"unexpected {type(error).__name__} {text[:300]!r}; {TRACEBACK}=1 in the environment shows where it comes from",
+        1,
+    )
 
 
 def _os_message(error: OSError) -> str:

@@ -17,52 +17,141 @@ if TYPE_CHECKING:
     from diffwhitted import Scene
     from fitting import FitResult
 
-Targets = Annotated[list[str], typer.Option(
-    "--target", metavar="[CAMERA=]IMAGE", show_default=False,
-    help="Picture to fit, one for each camera. Integers are read as sRGB, floats as linear Rec. 709. "
-         "Its alpha channel, if any, is its mask.")]
-Free = Annotated[list[str], typer.Option(
-    "--free", metavar="NAME", show_default=False,
-    help='Coefficient to find: MATERIAL.COEFFICIENT, such as glass.k_d. Wildcards in quotes, so that the shell '
-         'leaves them alone: "*.k_d", "glass.*".')]
-Out = Annotated[Path, typer.Option(
-    "--out", "-o", metavar="DIR", show_default=False,
-    help="Folder for report.html, result.json, fitted.toml, render.exr and residual.exr.")]
-CameraName = Annotated[str | None, typer.Option(
-    "--camera", metavar="NAME", show_default=False,
-    help='Camera of a target that names none. Default: "main", or the only one.')]
-Masks = Annotated[list[str] | None, typer.Option(
-    "--mask", metavar="[CAMERA=]FILE", show_default=False,
-    help="Grey image of the target's size: 1 (white) where a pixel counts, 0 where it does not. Default: the target's alpha.")]
-KeepClipped = Annotated[bool, typer.Option(
-    "--keep-clipped", help="Use pixels at the largest code of an 8 or 16 bit target too; they are masked where there are many.")]
-Noise = Annotated[float | None, typer.Option(
-    "--noise", metavar="SIGMA", show_default=False,
-    help="Standard deviation of the target's pixels, in linear RGB. Default: estimated from what the fit leaves over.")]
-Start = Annotated[list[str] | None, typer.Option(
-    "--start", metavar="NAME=VALUE", show_default=False,
-    help="Where the fit begins; wildcards allowed. Default: the values of the scene.")]
-BoundsGiven = Annotated[list[str] | None, typer.Option(
-    "--bounds", metavar="NAME=LOW:HIGH", show_default=False,
-    help="Interval to search; wildcards allowed. Default: 0:1 for k_*, 1:1000 for phong_exponent, 1.001:4 for refractive_index.")]
-Starts = Annotated[int, typer.Option(
-    "--starts", metavar="N", min=1, help="Starting points to try: the start, the middle of the bounds, then spread out. The best end counts.")]
-CoarseToFine = Annotated[bool, typer.Option(
-    "--coarse-to-fine/--all-pixels", help="Let the first steps look at fewer pixels of a large target. The last ones look at all of them.")]
-MaxSteps = Annotated[int, typer.Option("--max-steps", metavar="N", min=1, help="Most steps of the solver from one start.")]
-Truth = Annotated[Path | None, typer.Option(
-    "--truth", metavar="FILE", show_default=False,
-    help='True values to set beside the fitted ones: a scene (.toml), or JSON {"glass.k_d": 0.12}.')]
+Targets = Annotated[
+    list[str],
+    typer.Option(
+        "--target",
+        metavar="[CAMERA=]IMAGE",
+        show_default=False,
+        help="Picture to fit, one for each camera. Integers are read as sRGB, floats as linear Rec. 709. "
+        "Its alpha channel, if any, is its mask.",
+    ),
+]
+Free = Annotated[
+    list[str],
+    typer.Option(
+        "--free",
+        metavar="NAME",
+        show_default=False,
+        help="Coefficient to find: MATERIAL.COEFFICIENT, such as glass.k_d. Wildcards in quotes, so that the shell "
+        'leaves them alone: "*.k_d", "glass.*".',
+    ),
+]
+Out = Annotated[
+    Path,
+    typer.Option(
+        "--out",
+        "-o",
+        metavar="DIR",
+        show_default=False,
+        help="Folder for report.html, result.json, fitted.toml, render.exr and residual.exr.",
+    ),
+]
+CameraName = Annotated[
+    str | None,
+    typer.Option(
+        "--camera",
+        metavar="NAME",
+        show_default=False,
+        help='Camera of a target that names none. Default: "main", or the only one.',
+    ),
+]
+Masks = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--mask",
+        metavar="[CAMERA=]FILE",
+        show_default=False,
+        help="Grey image of the target's size: 1 (white) where a pixel counts, 0 where it does not. Default: the target's alpha.",
+    ),
+]
+KeepClipped = Annotated[
+    bool,
+    typer.Option(
+        "--keep-clipped",
+        help="Use pixels at the largest code of an 8 or 16 bit target too; they are masked where there are many.",
+    ),
+]
+Noise = Annotated[
+    float | None,
+    typer.Option(
+        "--noise",
+        metavar="SIGMA",
+        show_default=False,
+        help="Standard deviation of the target's pixels, in linear RGB. Default: estimated from what the fit leaves over.",
+    ),
+]
+Start = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--start",
+        metavar="NAME=VALUE",
+        show_default=False,
+        help="Where the fit begins; wildcards allowed. Default: the values of the scene.",
+    ),
+]
+BoundsGiven = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--bounds",
+        metavar="NAME=LOW:HIGH",
+        show_default=False,
+        help="Interval to search; wildcards allowed. Default: 0:1 for k_*, 1:1000 for phong_exponent, 1.001:4 for refractive_index.",
+    ),
+]
+Starts = Annotated[
+    int,
+    typer.Option(
+        "--starts",
+        metavar="N",
+        min=1,
+        help="Starting points to try: the start, the middle of the bounds, then spread out. The best end counts.",
+    ),
+]
+CoarseToFine = Annotated[
+    bool,
+    typer.Option(
+        "--coarse-to-fine/--all-pixels",
+        help="Let the first steps look at fewer pixels of a large target. The last ones look at all of them.",
+    ),
+]
+MaxSteps = Annotated[
+    int, typer.Option("--max-steps", metavar="N", min=1, help="Most steps of the solver from one start.")
+]
+Truth = Annotated[
+    Path | None,
+    typer.Option(
+        "--truth",
+        metavar="FILE",
+        show_default=False,
+        help='True values to set beside the fitted ones: a scene (.toml), or JSON {"glass.k_d": 0.12}.',
+    ),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No live progress and no notes.")]
 Json = Annotated[bool, typer.Option("--json", help="Print result.json in place of the table.")]
 
 
 def fit(
-    scene: ScenePath, target: Targets, free: Free, out: Out, camera: CameraName = None, mask: Masks = None,
-    keep_clipped: KeepClipped = False, noise: Noise = None, start: Start = None, bounds: BoundsGiven = None, starts: Starts = 1, samples: Samples = 1,
-    footprint: Footprint = None, depth: Depth = None, max_steps: MaxSteps = 100, coarse_to_fine: CoarseToFine = True,
-    precision: PrecisionName = Precision.float32, truth: Truth = None,
-    quiet: Quiet = False, json: Json = False,
+    scene: ScenePath,
+    target: Targets,
+    free: Free,
+    out: Out,
+    camera: CameraName = None,
+    mask: Masks = None,
+    keep_clipped: KeepClipped = False,
+    noise: Noise = None,
+    start: Start = None,
+    bounds: BoundsGiven = None,
+    starts: Starts = 1,
+    samples: Samples = 1,
+    footprint: Footprint = None,
+    depth: Depth = None,
+    max_steps: MaxSteps = 100,
+    coarse_to_fine: CoarseToFine = True,
+    precision: PrecisionName = Precision.float32,
+    truth: Truth = None,
+    quiet: Quiet = False,
+    json: Json = False,
 ) -> int:
     """Find the material coefficients that make a scene look like its target pictures.
 
@@ -93,12 +182,24 @@ def fit(
         check_folder(out)
         progress.say("compiling; less to do next time")
         result = run_fit(
-            loaded, targets, free, start=given_start, bounds=given_bounds, starts=starts, samples=samples,
-            max_depth=depth, footprint=footprint, max_steps=max_steps, coarse_to_fine=coarse_to_fine, on_step=lambda step: progress.step(step, starts))
+            loaded,
+            targets,
+            free,
+            start=given_start,
+            bounds=given_bounds,
+            starts=starts,
+            samples=samples,
+            max_depth=depth,
+            footprint=footprint,
+            max_steps=max_steps,
+            coarse_to_fine=coarse_to_fine,
+            on_step=lambda step: progress.step(step, starts),
+        )
         progress.say("writing the report")
         about = {"scene": scene.name, "targets": [Path(text).name for text in target]}
-        written = write_outputs(result, out, title=f"{scene.stem}: {', '.join(free)}", save_scene=save_scene,
-                                truth=true, metadata=about)
+        written = write_outputs(
+            result, out, title=f"{scene.stem}: {', '.join(free)}", save_scene=save_scene, truth=true, metadata=about
+        )
     if json:
         print(written[0].read_text(encoding="utf-8"), end="")
     else:
@@ -125,7 +226,9 @@ def check_folder(folder: Path) -> None:
 
     there = next(place for place in (folder.absolute(), *folder.absolute().parents) if place.exists())
     if not there.is_dir():
-        raise OutputError(f"cannot write {folder}: {there} is a file, and a folder is needed; choose another with --out")
+        raise OutputError(
+            f"cannot write {folder}: {there} is a file, and a folder is needed; choose another with --out"
+        )
     if not os.access(there, os.W_OK | os.X_OK):
         raise OutputError(f"cannot write {folder}: no permission in {there}; choose a folder of your own with --out")
 

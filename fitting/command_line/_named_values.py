@@ -18,8 +18,11 @@ if TYPE_CHECKING:
 
 def numbers(option: str, given: Sequence[str]) -> dict[str, float]:
     """From `NAME=VALUE`; raises `InputError` for anything else."""
-    return {name: _number(option, text, value, "NAME=VALUE, such as glass.k_d=0.3")
-            for text in given for name, value in [_split(option, text, "NAME=VALUE, such as glass.k_d=0.3")]}
+    return {
+        name: _number(option, text, value, "NAME=VALUE, such as glass.k_d=0.3")
+        for text in given
+        for name, value in [_split(option, text, "NAME=VALUE, such as glass.k_d=0.3")]
+    }
 
 
 def intervals(option: str, given: Sequence[str]) -> dict[str, tuple[float, float]]:
@@ -44,8 +47,10 @@ def files_of_cameras(option: str, given: Sequence[str], cameras: Mapping, defaul
         if camera not in cameras:
             raise InputError(f"{option} {text}: the scene has no camera {camera!r}; there is {', '.join(cameras)}")
         if camera in found:
-            raise InputError(f"{option}: two files for camera {camera!r}, {found[camera]} and {path}; "
-                             f"allowed is one a camera, as in {option} CAMERA=FILE")
+            raise InputError(
+                f"{option}: two files for camera {camera!r}, {found[camera]} and {path}; "
+                f"allowed is one a camera, as in {option} CAMERA=FILE"
+            )
         found[camera] = Path(path)
     return found
 
@@ -63,7 +68,9 @@ def true_values(path: Path, unknowns: Sequence[Unknown]) -> dict[str, float]:
             values = np.ravel(value)
             known[unknown.name] = float(values[(unknown.channel or 0) if len(values) == len(CHANNELS) else 0])
     if not known:
-        raise InputError(f"--truth {path}: it holds none of the free coefficients {', '.join(u.name for u in unknowns)}")
+        raise InputError(
+            f"--truth {path}: it holds none of the free coefficients {', '.join(u.name for u in unknowns)}"
+        )
     return known
 
 
@@ -82,7 +89,9 @@ def _from_json(path: Path) -> dict:
     try:
         held = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise InputError(f"--truth {path}: cannot be read ({(error.strerror or str(error)).lower()}); check the name") from None
+        raise InputError(
+            f"--truth {path}: cannot be read ({(error.strerror or str(error)).lower()}); check the name"
+        ) from None
     except ValueError as error:
         raise InputError(f"--truth {path}: neither a scene (.toml) nor JSON: {error}") from None
     if not isinstance(held, dict) or not all(_is_value(value) for value in held.values()):

@@ -22,35 +22,101 @@ class Precision(StrEnum):
 
 
 ScenePath = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, TOML.", show_default=False)]
-CameraName = Annotated[str | None, typer.Option(
-    "--camera", metavar="NAME", help='Camera of the scene. Default: "main", or the only one.', show_default=False)]
-Width = Annotated[int | None, typer.Option(
-    "--width", metavar="PIXELS", min=1, max=32768, show_default=False,
-    help="Columns of the picture. Default: the camera's; with --height alone its shape is kept.")]
-Height = Annotated[int | None, typer.Option(
-    "--height", metavar="PIXELS", min=1, max=32768, show_default=False,
-    help="Rows of the picture. Default: the camera's; with --width alone its shape is kept.")]
-Depth = Annotated[int | None, typer.Option(
-    "--depth", metavar="LEVELS", min=1, max=64, show_default=False,
-    help="Longest path from the camera: 1 is camera rays only. Default: max_depth of the scene.")]
-Samples = Annotated[int, typer.Option(
-    "--samples", metavar="N", min=1, max=64, help="N x N rays a pixel, on a regular grid.")]
-Footprint = Annotated[int | None, typer.Option(
-    "--footprint", metavar="K", min=0, max=64, show_default=False,
-    help="K x K trees a pixel whose rays average what they meet over their share of it, edges and all; 0: points.")]
-Antialias = Annotated[float | None, typer.Option(
-    "--antialias", metavar="T", show_default=False,
-    help="Adaptive antialiasing: divide a pixel, to 1/8, where its corners differ by more than T of linear light, such as 0.1.")]
-Cutoff = Annotated[float | None, typer.Option(
-    "--cutoff", metavar="SHARE", min=0, max=1, show_default=False,
-    help="Do not follow a branch that would carry less than this share of light. Default: cutoff of the scene, or 0: follow all.")]
-Tolerance = Annotated[str | None, typer.Option(
-    "--tolerance", metavar="ERROR", show_default=False,
-    help="Find the cheapest of these settings whose RMSE in linear RGB is no larger: a number or a fraction, such as 1/255.")]
-TimeBudget = Annotated[float | None, typer.Option(
-    "--time-budget", metavar="SECONDS", show_default=False, help="Find the most accurate of these settings that takes no longer, once compiled.")]
-PrecisionName = Annotated[Precision, typer.Option(
-    "--precision", metavar="TYPE", help="float32, or float64: slower, for derivatives to the last digit.")]
+CameraName = Annotated[
+    str | None,
+    typer.Option(
+        "--camera", metavar="NAME", help='Camera of the scene. Default: "main", or the only one.', show_default=False
+    ),
+]
+Width = Annotated[
+    int | None,
+    typer.Option(
+        "--width",
+        metavar="PIXELS",
+        min=1,
+        max=32768,
+        show_default=False,
+        help="Columns of the picture. Default: the camera's; with --height alone its shape is kept.",
+    ),
+]
+Height = Annotated[
+    int | None,
+    typer.Option(
+        "--height",
+        metavar="PIXELS",
+        min=1,
+        max=32768,
+        show_default=False,
+        help="Rows of the picture. Default: the camera's; with --width alone its shape is kept.",
+    ),
+]
+Depth = Annotated[
+    int | None,
+    typer.Option(
+        "--depth",
+        metavar="LEVELS",
+        min=1,
+        max=64,
+        show_default=False,
+        help="Longest path from the camera: 1 is camera rays only. Default: max_depth of the scene.",
+    ),
+]
+Samples = Annotated[
+    int, typer.Option("--samples", metavar="N", min=1, max=64, help="N x N rays a pixel, on a regular grid.")
+]
+Footprint = Annotated[
+    int | None,
+    typer.Option(
+        "--footprint",
+        metavar="K",
+        min=0,
+        max=64,
+        show_default=False,
+        help="K x K trees a pixel whose rays average what they meet over their share of it, edges and all; 0: points.",
+    ),
+]
+Antialias = Annotated[
+    float | None,
+    typer.Option(
+        "--antialias",
+        metavar="T",
+        show_default=False,
+        help="Adaptive antialiasing: divide a pixel, to 1/8, where its corners differ by more than T of linear light, such as 0.1.",
+    ),
+]
+Cutoff = Annotated[
+    float | None,
+    typer.Option(
+        "--cutoff",
+        metavar="SHARE",
+        min=0,
+        max=1,
+        show_default=False,
+        help="Do not follow a branch that would carry less than this share of light. Default: cutoff of the scene, or 0: follow all.",
+    ),
+]
+Tolerance = Annotated[
+    str | None,
+    typer.Option(
+        "--tolerance",
+        metavar="ERROR",
+        show_default=False,
+        help="Find the cheapest of these settings whose RMSE in linear RGB is no larger: a number or a fraction, such as 1/255.",
+    ),
+]
+TimeBudget = Annotated[
+    float | None,
+    typer.Option(
+        "--time-budget",
+        metavar="SECONDS",
+        show_default=False,
+        help="Find the most accurate of these settings that takes no longer, once compiled.",
+    ),
+]
+PrecisionName = Annotated[
+    Precision,
+    typer.Option("--precision", metavar="TYPE", help="float32, or float64: slower, for derivatives to the last digit."),
+]
 
 
 class SeveralValues(TyperCommand):
@@ -96,8 +162,12 @@ def chosen_camera(scene: Scene, name: str | None) -> tuple[str, Camera]:
         raise InputError("the scene has no camera; add a [[camera]]")
     if name is None:
         if "main" not in known and len(known) > 1:
-            raise InputError(f"the scene has several cameras and none is called main; choose with --camera: {', '.join(known)}")
+            raise InputError(
+                f"the scene has several cameras and none is called main; choose with --camera: {', '.join(known)}"
+            )
         name = "main" if "main" in known else known[0]
     if name not in known:
-        raise InputError(f"--camera {name}: there is no such camera; there is {', '.join(known)}.{nearest_name(name, known)}")
+        raise InputError(
+            f"--camera {name}: there is no such camera; there is {', '.join(known)}.{nearest_name(name, known)}"
+        )
     return name, scene.cameras[name]

@@ -24,14 +24,18 @@ class Progress:
         self._text, self._begun, self._starts = text, time.perf_counter(), 0
         shown = console.is_terminal and not quiet
         self._console, self._quiet = console, quiet
-        self._live = Live(console=console, get_renderable=self._line, refresh_per_second=8, transient=True) if shown else None
+        self._live = (
+            Live(console=console, get_renderable=self._line, refresh_per_second=8, transient=True) if shown else None
+        )
 
     def __enter__(self) -> Self:
         if self._live is not None:
             self._live.start()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, where: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, where: TracebackType | None
+    ) -> None:
         if self._live is not None:
             self._live.stop()
 

@@ -33,18 +33,41 @@ if TYPE_CHECKING:
 
     from diffwhitted import Camera, Scene
 
-Out = Annotated[Path, typer.Option(
-    "--out", "-o", metavar="FILE", show_default=False,
-    help="Image to write: .exr .hdr .tif hold linear light, .png .jpg what a display shows.")]
-Exposure = Annotated[float, typer.Option(
-    "--exposure", metavar="STOPS", help="For .png and .jpg: +1 doubles the light before it is clipped to the display's white.")]
+Out = Annotated[
+    Path,
+    typer.Option(
+        "--out",
+        "-o",
+        metavar="FILE",
+        show_default=False,
+        help="Image to write: .exr .hdr .tif hold linear light, .png .jpg what a display shows.",
+    ),
+]
+Exposure = Annotated[
+    float,
+    typer.Option(
+        "--exposure",
+        metavar="STOPS",
+        help="For .png and .jpg: +1 doubles the light before it is clipped to the display's white.",
+    ),
+]
 
 
 def render(
-    scene: ScenePath, out: Out, camera: CameraName = None, width: Width = None, height: Height = None, depth: Depth = None,
-    samples: Samples = 1, footprint: Footprint = None, cutoff: Cutoff = None, antialias: Antialias = None,
-    tolerance: Tolerance = None, time_budget: TimeBudget = None,
-    precision: PrecisionName = Precision.float32, exposure: Exposure = 0.0,
+    scene: ScenePath,
+    out: Out,
+    camera: CameraName = None,
+    width: Width = None,
+    height: Height = None,
+    depth: Depth = None,
+    samples: Samples = 1,
+    footprint: Footprint = None,
+    cutoff: Cutoff = None,
+    antialias: Antialias = None,
+    tolerance: Tolerance = None,
+    time_budget: TimeBudget = None,
+    precision: PrecisionName = Precision.float32,
+    exposure: Exposure = 0.0,
 ) -> None:
     """Render a scene to an image file.
 
@@ -68,8 +91,15 @@ def render(
     if tolerance is not None or time_budget is not None:
         from ._accuracy import accuracy_bound, found_picture
 
-        bound = accuracy_bound(tolerance, time_budget, depth=depth, samples=samples if samples > 1 else None, footprint=footprint,
-                               cutoff=cutoff, antialias=antialias)
+        bound = accuracy_bound(
+            tolerance,
+            time_budget,
+            depth=depth,
+            samples=samples if samples > 1 else None,
+            footprint=footprint,
+            cutoff=cutoff,
+            antialias=antialias,
+        )
         settings, picture, found = found_picture(scene, loaded, view, name, bound)
         about = {"scene": scene.name, "camera": name, "settings": str(settings)}
     elif antialias is None:
@@ -80,13 +110,19 @@ def render(
         picture = adaptive(loaded, view, depth, samples, footprint, antialias)
         about = {"scene": scene.name, "camera": name, "antialias": antialias}
     write_image(out, picture.pixels, exposure=exposure, metadata=about)
-    print(f"wrote {out}: {view.width} x {view.height} pixels, {picture.rays:,} rays in {picture.seconds:.2f} s, "
-          f"after {picture.seconds_compile:.1f} s of compiling")
+    print(
+        f"wrote {out}: {view.width} x {view.height} pixels, {picture.rays:,} rays in {picture.seconds:.2f} s, "
+        f"after {picture.seconds_compile:.1f} s of compiling"
+    )
     if found is not None:
         print(found)
     if picture.left_out is not None:
-        print(f"the cutoff of {float(loaded.cutoff):g} and the depth leave out at most {picture.left_out:.2g} in any pixel")
-    if form.bits and (lost := _clipped_note(count_clipped(picture.pixels, exposure=exposure), view.width * view.height)):
+        print(
+            f"the cutoff of {float(loaded.cutoff):g} and the depth leave out at most {picture.left_out:.2g} in any pixel"
+        )
+    if form.bits and (
+        lost := _clipped_note(count_clipped(picture.pixels, exposure=exposure), view.width * view.height)
+    ):
         print(f"note: {lost}", file=sys.stderr)
 
 
@@ -107,8 +143,10 @@ def chosen_footprint(asked: int | None, samples: int, of_scene: int, *, for_eyes
     from diffwhitted import InputError
 
     if asked and samples > 1:
-        raise InputError(f"--samples {samples} with --footprint {asked}: allowed is one of the two; --footprint {samples} traces "
-                         f"{samples} x {samples} filtered trees a pixel, --samples {samples} as many points")
+        raise InputError(
+            f"--samples {samples} with --footprint {asked}: allowed is one of the two; --footprint {samples} traces "
+            f"{samples} x {samples} filtered trees a pixel, --samples {samples} as many points"
+        )
     if asked is not None or samples > 1:
         return asked or 0
     return of_scene or int(for_eyes)
@@ -133,20 +171,28 @@ def rendered(scene: Scene, camera: Camera, depth: int | None, samples: int, foot
         pixels, descendants = jax.block_until_ready(traced_passes(scene, camera, plan, samples, beyond))
         seconds, needed = time.perf_counter() - begun, int(descendants.max())
         if needed <= plan.capacity:
-            rays = camera.width * camera.height * (footprint or samples) ** 2 + int(np.asarray(descendants, np.int64).sum())
+            rays = camera.width * camera.height * (footprint or samples) ** 2 + int(
+                np.asarray(descendants, np.int64).sum()
+            )
             pixels = np.asarray(pixels)
-            return Picture(pixels[..., :3], rays, seconds, compiling, None if beyond is None else float(pixels[..., 3:].max()))
+            return Picture(
+                pixels[..., :3], rays, seconds, compiling, None if beyond is None else float(pixels[..., 3:].max())
+            )
         plan = plan.with_capacity(2 * needed)
 
 
-def adaptive(scene: Scene, camera: Camera, depth: int | None, samples: int, footprint: int | None, threshold: float) -> Picture:
+def adaptive(
+    scene: Scene, camera: Camera, depth: int | None, samples: int, footprint: int | None, threshold: float
+) -> Picture:
     """What `diffwhitted.antialias` gives, with seconds counted."""
     from diffwhitted import InputError
     from diffwhitted import antialias as divided
     from diffwhitted._antialias import check_threshold, compile_antialias
 
     if samples > 1 or footprint:
-        raise InputError(f"--antialias {threshold:g} with --{'samples' if samples > 1 else 'footprint'}: allowed is one way to antialias")
+        raise InputError(
+            f"--antialias {threshold:g} with --{'samples' if samples > 1 else 'footprint'}: allowed is one way to antialias"
+        )
     check_threshold(threshold)
     begun = time.perf_counter()
     compile_antialias(scene, camera, max_depth=depth)

@@ -25,21 +25,32 @@ FEW = 0.001
 """Share of the pixels up to which clipped ones stay in the fit."""
 
 
-def read_targets(scene: Scene, given: Sequence[str], masks: Sequence[str], camera: str | None, noise: float | None,
-                 note: Callable[[str], None], keep_clipped: bool = False) -> list[Target]:
+def read_targets(
+    scene: Scene,
+    given: Sequence[str],
+    masks: Sequence[str],
+    camera: str | None,
+    noise: float | None,
+    note: Callable[[str], None],
+    keep_clipped: bool = False,
+) -> list[Target]:
     """One target for each `[CAMERA=]IMAGE`, its mask from `[CAMERA=]FILE` or from its alpha channel.
 
     Pixels at the largest code of the file are taken out of the mask where there are many, unless `keep_clipped`.
     `note` is told what a user should know. Raises `InputError` for what cannot be read or paired.
     """
     if noise is not None and not 0 < noise < float("inf"):
-        raise InputError(f"--noise {noise:g}: allowed is a number > 0, the standard deviation of the target's pixels in linear RGB")
+        raise InputError(
+            f"--noise {noise:g}: allowed is a number > 0, the standard deviation of the target's pixels in linear RGB"
+        )
     default, _ = chosen_camera(scene, camera)
     pictures = files_of_cameras("--target", given, scene.cameras, default)
     mask_files = files_of_cameras("--mask", masks, scene.cameras, default)
     for name, path in mask_files.items():
         if name not in pictures:
-            raise InputError(f"--mask {path}: camera {name!r} has no target; there are targets for {', '.join(pictures)}")
+            raise InputError(
+                f"--mask {path}: camera {name!r} has no target; there are targets for {', '.join(pictures)}"
+            )
     targets = []
     for name, path in pictures.items():
         picture = read_image(path)
@@ -54,10 +65,18 @@ def read_targets(scene: Scene, given: Sequence[str], masks: Sequence[str], camer
     return targets
 
 
-def _without_clipped(picture: ImageFile, mask: np.ndarray | None, path: Path, note: Callable[[str], None]) -> np.ndarray | None:
+def _without_clipped(
+    picture: ImageFile, mask: np.ndarray | None, path: Path, note: Callable[[str], None]
+) -> np.ndarray | None:
     """The mask without the pixels that are clipped, which may have been any amount brighter; as it is where they are few."""
-    if picture.clipped is None or picture.clipped.mean() <= FEW or (mask is not None and mask.shape != picture.clipped.shape):
+    if (
+        picture.clipped is None
+        or picture.clipped.mean() <= FEW
+        or (mask is not None and mask.shape != picture.clipped.shape)
+    ):
         return mask
-    note(f"{path}: {picture.clipped.sum():,} of {picture.clipped.size:,} pixels are clipped (a channel has its largest code) and "
-         "are masked; --keep-clipped uses them")
+    note(
+        f"{path}: {picture.clipped.sum():,} of {picture.clipped.size:,} pixels are clipped (a channel has its largest code) and "
+        "are masked; --keep-clipped uses them"
+    )
     return np.where(picture.clipped, 0, 1 if mask is None else mask)

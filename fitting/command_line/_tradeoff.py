@@ -19,17 +19,43 @@ if TYPE_CHECKING:
     from fitting._tradeoff import Point, Tradeoff
     from fitting._tradeoff_fit import FitPoint, FitTradeoff
 
-Out = Annotated[Path | None, typer.Option(
-    "--out", "-o", metavar="DIR", show_default=False, help="Folder for tradeoff.html, tradeoff.png, tradeoff.csv and tradeoff.json, and of fits "
-    "tradeoff-fit.png and tradeoff-fit.csv.")]
-Tolerance = Annotated[str, typer.Option(
-    "--tolerance", metavar="ERROR", help="Largest RMSE in linear RGB, a number or a fraction, to recommend settings for.")]
-Free = Annotated[list[str] | None, typer.Option(
-    "--free", metavar="NAME", show_default=False,
-    help='Measure fits too: coefficient to find, MATERIAL.COEFFICIENT. Wildcards in quotes: "*.k_d", "glass.*".')]
-Start = Annotated[list[str] | None, typer.Option(
-    "--start", metavar="NAME=VALUE", show_default=False,
-    help="Where the fits begin; wildcards allowed. Default: the middle of the bounds.")]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        "--out",
+        "-o",
+        metavar="DIR",
+        show_default=False,
+        help="Folder for tradeoff.html, tradeoff.png, tradeoff.csv and tradeoff.json, and of fits "
+        "tradeoff-fit.png and tradeoff-fit.csv.",
+    ),
+]
+Tolerance = Annotated[
+    str,
+    typer.Option(
+        "--tolerance",
+        metavar="ERROR",
+        help="Largest RMSE in linear RGB, a number or a fraction, to recommend settings for.",
+    ),
+]
+Free = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--free",
+        metavar="NAME",
+        show_default=False,
+        help='Measure fits too: coefficient to find, MATERIAL.COEFFICIENT. Wildcards in quotes: "*.k_d", "glass.*".',
+    ),
+]
+Start = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--start",
+        metavar="NAME=VALUE",
+        show_default=False,
+        help="Where the fits begin; wildcards allowed. Default: the middle of the bounds.",
+    ),
+]
 PICTURES = 0.3
 """Part of the work that the pictures are where fits are measured too."""
 Json = Annotated[bool, typer.Option("--json", help="Print JSON in place of the table.")]
@@ -37,8 +63,16 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No live progress.")]
 
 
 def tradeoff(
-    scene: ScenePath, camera: CameraName = None, width: Width = None, height: Height = None, out: Out = None,
-    tolerance: Tolerance = "1/255", free: Free = None, start: Start = None, json: Json = False, quiet: Quiet = False,
+    scene: ScenePath,
+    camera: CameraName = None,
+    width: Width = None,
+    height: Height = None,
+    out: Out = None,
+    tolerance: Tolerance = "1/255",
+    free: Free = None,
+    start: Start = None,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Measure what accuracy costs in time, and recommend settings.
 
@@ -82,12 +116,22 @@ def tradeoff(
         loaded, begin = with_camera(loaded, name, view.resized(width, height)), numbers("--start", start or [])
         check_free(loaded, free, begin)
         pictures = PICTURES if free else 1.0
-        found = measure(loaded, loaded.cameras[name], largest, on_work=lambda text, done: progress.part(text, pictures * done))
+        found = measure(
+            loaded, loaded.cameras[name], largest, on_work=lambda text, done: progress.part(text, pictures * done)
+        )
         fits = None
         if free:
-            fits = measure_fits(loaded, Target(found.picture, name), free, start=begin,
-                                on_work=lambda text, done: progress.part(text, pictures + (1 - pictures) * done))
-        title, about = f"{scene.stem}: what accuracy costs in time", f"{scene.name}, camera {name}, {found.width} x {found.height} pixels"
+            fits = measure_fits(
+                loaded,
+                Target(found.picture, name),
+                free,
+                start=begin,
+                on_work=lambda text, done: progress.part(text, pictures + (1 - pictures) * done),
+            )
+        title, about = (
+            f"{scene.stem}: what accuracy costs in time",
+            f"{scene.name}, camera {name}, {found.width} x {found.height} pixels",
+        )
         progress.say("writing")
         written = write_tradeoff(found, out, title, about, fits) if out is not None else []
     if json:
@@ -135,7 +179,9 @@ def print_tradeoff(found: Tradeoff, title: str) -> None:
     print(textwrap.fill(f"{title}; medians of {found.rounds} runs, {found.seconds_compile:.0f} s of compiling", 80))
     console.print("", _table(found), sep="\n")
     hidden = len(found.points) - len(_shown(found))
-    console.print(f"\n{hidden} more settings were measured: beaten by one of these, or better by less than a fifth.", markup=False)
+    console.print(
+        f"\n{hidden} more settings were measured: beaten by one of these, or better by less than a fifth.", markup=False
+    )
 
 
 def _shown(found: Tradeoff) -> list[Point]:
@@ -169,7 +215,12 @@ def print_fits(found: FitTradeoff) -> None:
 
     from ._explain import plain_table
 
-    print(textwrap.fill(f"Fits of {', '.join(found.start)}; medians of {found.rounds} runs, {found.seconds_compile:.0f} s of compiling", 80))
+    print(
+        textwrap.fill(
+            f"Fits of {', '.join(found.start)}; medians of {found.rounds} runs, {found.seconds_compile:.0f} s of compiling",
+            80,
+        )
+    )
     table = plain_table("", "settings", "time", "steps", "largest\nerror", "of", "intervals\nthat hold")
     for column in (*table.columns[2:5], table.columns[6]):
         column.justify = "right"
