@@ -133,8 +133,8 @@ def _cutoff() -> list[Figure]:
 
 
 def _bounding() -> list[Figure]:
-    from diffwhitted._radiance_bound import most_beyond
-    from diffwhitted._render import traced_passes
+    from diffwhitted.rendering._passes import traced_passes
+    from diffwhitted.rendering._radiance_bound import most_beyond
 
     scene = three_spheres().with_cutoff(0.01)
     camera = scene.cameras[CAMERA]

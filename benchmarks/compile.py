@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 
 import diffwhitted
-from diffwhitted._render import trace_pass
+from diffwhitted.rendering._passes import trace_pass
 from diffwhitted.tree import likely_room, make_plan
 
 from ._figures import Figure

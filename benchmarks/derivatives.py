@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 
 import diffwhitted
-from diffwhitted._render import record_passes, replay_passes
 from diffwhitted.accuracy._reference import rmse
+from diffwhitted.rendering._passes import record_passes, replay_passes
 from diffwhitted.scene import Coefficient
 from diffwhitted.tree._effects import calls_for
 

@@ -12,8 +12,8 @@ import numpy as np
 
 import diffwhitted
 import fitting
-from diffwhitted._render import record_passes, replay_passes, trace_pass
 from diffwhitted.accuracy._reference import rmse
+from diffwhitted.rendering._passes import record_passes, replay_passes, trace_pass
 from diffwhitted.tree import likely_room, make_plan
 
 from ._figures import Figure

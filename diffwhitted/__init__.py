@@ -13,15 +13,15 @@ The precision of a scene is that of its arrays, float32 unless it is made or loa
 `precision="float64"`.
 """
 
-from ._antialias import Antialiased, antialias
-from ._bound import Bounded, render_with_bound
-from ._derivative import Derivative, derivative
 from ._errors import CapacityError, InputError, SceneError
 from ._render import plan, render
 from .accuracy import KNOBS, Choice, Knob, Measured, Settings, choose, measure
 from .cost import Explanation, RayMaps, explain, ray_maps
 from .formats import load_scene, parse_scene, save_scene, scene_schema
 from .image import read_image, write_image
+from .rendering._antialias import Antialiased, antialias
+from .rendering._derivative import Derivative, derivative
+from .rendering._render_with_bound import Bounded, render_with_bound
 from .scene import (
     COEFFICIENTS,
     Camera,

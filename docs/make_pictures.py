@@ -11,10 +11,10 @@ import jax
 import numpy as np
 
 import diffwhitted
-from fitting._error_plot import write_figure
-from fitting._maps_plot import write_maps
-from fitting._tradeoff import sentences, tradeoff
-from fitting._tradeoff_plot import tradeoff_figure
+from fitting.comparing._tradeoff import sentences, tradeoff
+from fitting.comparing._tradeoff_plot import tradeoff_figure
+from fitting.telling._error_plot import write_figure
+from fitting.telling._maps_plot import write_maps
 
 EXAMPLES = Path("examples")
 target = diffwhitted.read_image(EXAMPLES / "three_spheres_povray.exr").pixels

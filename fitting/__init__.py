@@ -7,9 +7,9 @@ if TYPE_CHECKING:
     from ._errors import FitError
     from ._fit import fit
     from ._result import FitResult, FitStage, FitStep, FittedCoefficient, FitView
-    from ._target import Target
-    from ._tradeoff import Tradeoff, tradeoff
-    from ._tradeoff_plot import tradeoff_figure
+    from .comparing._tradeoff import Tradeoff, tradeoff
+    from .comparing._tradeoff_plot import tradeoff_figure
+    from .problem._target import Target
 
 __all__ = [
     "FitError",
@@ -32,11 +32,11 @@ _HOMES = {
     "FitStep": "_result",
     "FitView": "_result",
     "FittedCoefficient": "_result",
-    "Target": "_target",
-    "Tradeoff": "_tradeoff",
+    "Target": "problem._target",
+    "Tradeoff": "comparing._tradeoff",
     "fit": "_fit",
-    "tradeoff": "_tradeoff",
-    "tradeoff_figure": "_tradeoff_plot",
+    "tradeoff": "comparing._tradeoff",
+    "tradeoff_figure": "comparing._tradeoff_plot",
 }
 
 

@@ -10,16 +10,17 @@ from scipy.stats import qmc
 from diffwhitted.scene import Scene, depth_number, whole_number
 from diffwhitted.tree import decide_effects, likely_room, make_plan, sample_places
 
-from ._bounds import Bounds
 from ._errors import FitError
-from ._outcome import UNIT, outcome, with_runs
-from ._problem import Problem, any_moves, prepared
+from ._outcome import outcome, with_runs
 from ._result import FitResult, FitStep
-from ._solve import compile_solver
-from ._stages import run, stages_of
-from ._target import Target, as_targets
-from ._unknowns import free_coefficients, list_unknowns, start_values
-from ._views import PART_PIXELS, PART_RAYS, view_of
+from .judging._rest import UNIT
+from .problem._bounds import Bounds
+from .problem._problem import Problem, any_moves, prepared
+from .problem._target import Target, as_targets
+from .problem._unknowns import free_coefficients, list_unknowns, start_values
+from .problem._views import PART_PIXELS, PART_RAYS, view_of
+from .solving._solve import compile_solver
+from .solving._stages import run, stages_of
 
 SPARE = 1.4
 """Moving rays come to be more: so many times the likely room, for more room later would be another program."""

@@ -9,21 +9,17 @@ import numpy as np
 from diffwhitted.image import gathered
 from diffwhitted.scene import Scene
 
-from ._identifiability import QUANTILE, Uncertainty, uncertainty
-from ._misfit import at_rounding_level, is_structured
-from ._problem import Problem
-from ._rest import on_bound, unsettled
 from ._result import FitResult, FittedCoefficient, FitView
-from ._solve import Solution
-from ._target import Target
-from ._unknowns import Unknown, insert
+from .judging._identifiability import QUANTILE, Uncertainty, uncertainty
+from .judging._misfit import at_rounding_level, is_structured
+from .judging._rest import jacobian_precision, on_bound, residual_count, residual_noise, rest_share, unsettled
+from .problem._problem import Problem
+from .problem._target import Target
+from .problem._unknowns import Unknown, insert
+from .solving._solve import Solution
 
-UNIT = 0.01
-"""Unit of the residuals where no noise is given; it sets how bold the solver's first steps are."""
 SETTLED = 1e-4
 """Converged: the next Gauss-Newton step is below this share of the coefficient, or a 20th of its standard error."""
-AT_REST = 8.0
-"""The solver stops early below so many units in the last place of the coefficient, or a 200th of the standard error."""
 RESOLVED = 4.0
 """No standard error is below so many units in the last place of the coefficient."""
 MOSTLY = 0.8
@@ -45,15 +41,19 @@ def outcome(
 ) -> FitResult:
     """The result of the best run, whose residuals are in `unit` where no noise is given; its counts of starts and seconds are filled in by the caller."""
     unknowns = problem.unknowns
-    residuals = _residual_count(targets)
+    residuals = residual_count(targets)
     given = targets[0].noise is not None
-    noise = _noise(targets, best.loss, len(unknowns), unit, scene)
+    noise = residual_noise(targets, best.loss, len(unknowns), unit, scene)
     eps = float(jnp.finfo(scene.dtype).eps)
-    known = uncertainty(best.factor, noise, best.values, unknowns, _precision(scene), RESOLVED * eps, best.shift)
+    known = uncertainty(
+        best.factor, noise, best.values, unknowns, jacobian_precision(scene), RESOLVED * eps, best.shift
+    )
     at_bound = on_bound(best.values, unknowns)
     views = tuple(_view(t, film, scene) for t, film in zip(targets, best.films, strict=True))
-    moving = unsettled(best.values, best.factor, best.remainder, known, unknowns, _precision(scene), SETTLED, 0.05)
-    rounding = at_rounding_level(views, eps, _rest_share(scene))
+    moving = unsettled(
+        best.values, best.factor, best.remainder, known, unknowns, jacobian_precision(scene), SETTLED, 0.05
+    )
+    rounding = at_rounding_level(views, eps, rest_share(scene))
     misfit = not rounding and is_structured(views, tuple(t.noise for t in targets), len(unknowns))
     if misfit:
         notes = (MISFIT, *notes)
@@ -101,52 +101,6 @@ def outcome(
         at_rounding_level=rounding,
         stages=best.stages,
     )
-
-
-def rest_test(
-    scene: Scene, targets: tuple[Target, ...], unknowns: tuple[Unknown, ...], unit: float, errors: float = 0.005
-):
-    """A test for the solver: are these coefficients, with this R, q and loss, as good as they will get, or to `errors` of their errors?"""
-
-    def at_rest(values, factor, remainder, loss) -> bool:
-        known = uncertainty(
-            factor, _noise(targets, loss, len(unknowns), unit, scene), values, unknowns, _precision(scene)
-        )
-        return not unsettled(
-            values, factor, remainder, known, unknowns, _precision(scene), _rest_share(scene), errors
-        ).any()
-
-    return at_rest
-
-
-def _residual_count(targets: tuple[Target, ...]) -> int:
-    return sum(3 * int((t.mask > 0).sum()) for t in targets)
-
-
-def _precision(scene: Scene) -> float:
-    """Relative accuracy to which the Jacobian is known."""
-    return float(jnp.finfo(scene.dtype).eps) ** 0.7
-
-
-def _rest_share(scene: Scene) -> float:
-    """Share of a coefficient below which a step does not matter to the solver."""
-    return AT_REST * float(jnp.finfo(scene.dtype).eps)
-
-
-def _noise(targets: tuple[Target, ...], loss: float, unknowns: int, unit: float, scene: Scene) -> float:
-    """Standard deviation of the solver's residuals, which are divided by the root of their number.
-
-    Given with the targets, or else estimated from what is left over, and never below the rounding of the pictures.
-    NaN where nothing can be left over: no more residuals than unknowns.
-    """
-    count = _residual_count(targets)
-    if targets[0].noise is not None:
-        return 1 / np.sqrt(count)
-    if count <= unknowns:
-        return float("nan")
-    brightest = max(float(np.abs(t.image).max()) for t in targets)
-    rounding = float(jnp.finfo(scene.dtype).eps) * brightest / unit / np.sqrt(count)
-    return float(np.hypot(np.sqrt(2 * loss / (count - unknowns)), rounding))
 
 
 def with_runs(result: FitResult, solutions: list[Solution], compiling: float) -> FitResult:

@@ -321,7 +321,7 @@ def test_targets_and_masks_by_camera(place):
 
 
 def test_true_values_from_a_scene_and_from_json(place):
-    from fitting._unknowns import list_unknowns
+    from fitting.problem._unknowns import list_unknowns
 
     scene = diffwhitted.parse_scene(SCENE.replace("k_d = 0.5", "k_d = [0.1, 0.2, 0.3]", 1))
     diffwhitted.save_scene(scene, "coloured.toml")

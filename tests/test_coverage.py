@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from diffwhitted._coverage import Linear, coverage, is_cut, joint_coverage, ramp
+from diffwhitted.numerics._coverage import Linear, coverage, is_cut, joint_coverage, ramp
 from diffwhitted.scene._square_wave import cell_mean, checker_mean, may_vary
 
 FINE = 1001

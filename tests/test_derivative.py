@@ -10,7 +10,7 @@ import pytest
 
 import diffwhitted as dw
 from benchmarks.supersampled import EXAMPLE
-from diffwhitted import _derivative
+from diffwhitted.rendering import _derivative
 
 
 @functools.cache

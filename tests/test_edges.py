@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from benchmarks.supersampled import SCENES, area_true, changed, cosine, filtered, reference, relative
-from diffwhitted._render import traced_passes
 from diffwhitted.accuracy._reference import rmse
+from diffwhitted.rendering._passes import traced_passes
 from diffwhitted.tree import make_plan
 
 STEP, SIDE = 2e-3, 48

@@ -16,8 +16,8 @@ from conftest import SOON_COMPILED
 
 import diffwhitted as dw
 from benchmarks.supersampled import area_true, cosine, relative
-from diffwhitted._render import render_passes
 from diffwhitted.accuracy._reference import rmse
+from diffwhitted.rendering._passes import render_passes
 from diffwhitted.tree import make_plan
 
 SIDE = 32

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import diffwhitted as dw
-from diffwhitted._render import render_passes
+from diffwhitted.rendering._passes import render_passes
 from diffwhitted.tree import EFFECT_NAMES, make_plan
 
 SKY = (0.2, 0.4, 0.8)

@@ -11,8 +11,8 @@ from diffwhitted import Camera, Material, Plane, PointLight, Scene, Sphere, repl
 from diffwhitted.image import dealt
 from fitting._fit import _build
 from fitting._outcome import outcome
-from fitting._solve import solve
-from fitting._unknowns import list_unknowns
+from fitting.problem._unknowns import list_unknowns
+from fitting.solving._solve import solve
 
 
 def studio(**glass) -> Scene:

@@ -14,7 +14,7 @@ import diffwhitted as dw
 import fitting
 from benchmarks.supersampled import INDEX, area_true, changed, spheres
 from diffwhitted.image import read_image
-from fitting._identifiability import QUANTILE
+from fitting.judging._identifiability import QUANTILE
 
 
 @functools.cache

@@ -6,8 +6,8 @@ import pytest
 import fitting
 from diffwhitted import Camera, DirectionalLight, InputError, Material, Scene, Sphere, render
 from fitting import FitError, Target
-from fitting._target import as_targets
-from fitting._unknowns import free_coefficients, list_unknowns, start_values
+from fitting.problem._target import as_targets
+from fitting.problem._unknowns import free_coefficients, list_unknowns, start_values
 
 
 def scene_of(name: str = "m", **coefficients) -> Scene:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import diffwhitted as dw
-from diffwhitted._vector import vec3
 from diffwhitted.geometry import (
     NOTHING,
     Departure,
@@ -25,6 +24,7 @@ from diffwhitted.geometry import (
     nearest,
     surface_at,
 )
+from diffwhitted.numerics._vector import vec3
 
 BOOK = json.loads((Path(__file__).parent / "oracles" / "ray_tracer_challenge.json").read_text())["geometry"]
 BOTH = ("float32", "float64")

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import diffwhitted as dw
-from diffwhitted._vector import Vec3
 from diffwhitted.illumination import halfway_apart, lobe, reflected_apart
 from diffwhitted.illumination import lit as before_the_surface
+from diffwhitted.numerics._vector import Vec3
 from diffwhitted.tree import make_plan
 
 BOTTOM, TOP = np.array([0.9, 0.5, 0.1]), np.array([0.1, 0.3, 0.8])

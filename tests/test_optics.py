@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from diffwhitted._vector import Vec3, dot, vec3
+from diffwhitted.numerics._vector import Vec3, dot, vec3
 from diffwhitted.optics import eta_at, mirrored, refracted, refraction_radicand
 
 ORACLES = Path(__file__).parent / "oracles"

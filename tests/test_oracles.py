@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import diffwhitted as dw
-from diffwhitted._vector import vec3
 from diffwhitted.geometry import Departure, Ray, containing, nearest, surface_at
+from diffwhitted.numerics._vector import vec3
 from diffwhitted.optics import eta_at, refracted
 from diffwhitted.scene import numbered_objects, tabulate
 from diffwhitted.tree import make_plan

@@ -12,11 +12,11 @@ import pytest
 from rich.console import Console
 
 from diffwhitted.image import read_image
-from fitting import _outputs
-from fitting._outputs import OutputError, write_outputs
-from fitting._report import report_html
 from fitting._result import FitResult, FitStep, FittedCoefficient, FitView
-from fitting._tables import (
+from fitting.telling import _outputs
+from fitting.telling._outputs import OutputError, write_outputs
+from fitting.telling._report import report_html
+from fitting.telling._tables import (
     coefficient_table,
     deviation_text,
     interval_text,

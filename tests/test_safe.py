@@ -7,8 +7,16 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from diffwhitted._safe import length, normalise, power_of_cosine, rescaled, safe_divide, safe_sqrt, whole_powers
-from diffwhitted._vector import SMALL_TABLE, Vec3, lookup
+from diffwhitted.numerics._safe import (
+    length,
+    normalise,
+    power_of_cosine,
+    rescaled,
+    safe_divide,
+    safe_sqrt,
+    whole_powers,
+)
+from diffwhitted.numerics._vector import SMALL_TABLE, Vec3, lookup
 
 PRECISIONS = ("float32", "float64")
 TINY = 1e-30

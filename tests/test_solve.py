@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import diffwhitted as dw
-from fitting import _solve
-from fitting._bounds import Bounds
-from fitting._problem import Problem
-from fitting._unknowns import list_unknowns
+from fitting.problem._bounds import Bounds
+from fitting.problem._problem import Problem
+from fitting.problem._unknowns import list_unknowns
+from fitting.solving import _solve
 
 TRUTH = np.array([0.3, 0.6])
 FACTOR = np.diag([1.0, 0.1])

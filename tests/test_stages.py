@@ -11,10 +11,11 @@ import pytest
 import diffwhitted as dw
 import fitting
 from diffwhitted.tree import likely_room, make_plan
-from fitting import _stages, _views
-from fitting._rest import off_bound
-from fitting._unknowns import list_unknowns
-from fitting._views import coarser, finer, some_passes, view_of
+from fitting.judging._rest import off_bound
+from fitting.problem import _views
+from fitting.problem._unknowns import list_unknowns
+from fitting.problem._views import coarser, finer, some_passes, view_of
+from fitting.solving import _stages
 
 NAMES = ["ball.k_d", "ball.k_h", "ball.phong_exponent", "floor.k_d"]
 

@@ -14,11 +14,11 @@ from diffwhitted.accuracy._choose import spread_pixels
 from diffwhitted.accuracy._reference import reference, rmse
 from diffwhitted.accuracy._survey import cheapest, front, survey
 from diffwhitted.accuracy._tracer import Tracer
-from fitting._fit_knobs import FIT_KNOBS
-from fitting._tradeoff import CONVERGED, Point, Tradeoff, bound_text, bound_value, recommendation, sentences
-from fitting._tradeoff_fit import tradeoff_of_fits
 from fitting.command_line import main
 from fitting.command_line._accuracy import tolerance_number
+from fitting.comparing._fit_knobs import FIT_KNOBS
+from fitting.comparing._tradeoff import CONVERGED, Point, Tradeoff, bound_text, bound_value, recommendation, sentences
+from fitting.comparing._tradeoff_fit import tradeoff_of_fits
 
 SCENE = """
 [scene]

@@ -9,11 +9,11 @@ import pytest
 
 import diffwhitted as dw
 import fitting
-from fitting import _tradeoff_fit
-from fitting._bounds import Bounds
-from fitting._fit_knobs import COMBINATIONS, FIT_KNOBS, FitSettings
-from fitting._tradeoff_fit import CoefficientError, FitPoint, FitTradeoff, recommendation, tradeoff_of_fits
-from fitting._unknowns import list_unknowns
+from fitting.comparing import _tradeoff_fit
+from fitting.comparing._fit_knobs import COMBINATIONS, FIT_KNOBS, FitSettings
+from fitting.comparing._tradeoff_fit import CoefficientError, FitPoint, FitTradeoff, recommendation, tradeoff_of_fits
+from fitting.problem._bounds import Bounds
+from fitting.problem._unknowns import list_unknowns
 
 FREE = ("ball.k_a", "ball.k_d", "ball.phong_exponent")
 

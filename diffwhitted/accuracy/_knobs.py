@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
-from .._antialias import check_threshold
 from .._errors import SceneError
+from ..rendering._antialias import check_threshold
 from ..scene import DEEPEST, Scene, check_footprint, whole_number
 
 EXCLUSIVE = ("pixel",)

@@ -13,10 +13,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from .._antialias import antialias, compile_antialias
 from .._errors import CapacityError
-from .._radiance_bound import most_beyond
-from .._workers import processors, side_by_side
+from ..numerics._workers import processors, side_by_side
+from ..rendering._antialias import antialias, compile_antialias
+from ..rendering._radiance_bound import most_beyond
 from ..scene import DEEPEST, Camera, Scene, tabulate
 from ..tree import Beyond, Plan, Samples, likely_room, make_plan, sample_places, trace, trace_left_out
 from ._knobs import Settings

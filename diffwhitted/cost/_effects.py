@@ -7,7 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from .._render import trace_samples
+from ..rendering._passes import trace_samples
 from ..scene import Camera, ConstantBackground, GradientBackground, PointLight, Scene
 from ..tree import Plan
 from ._programs import Program, compiled, share_without, timed

@@ -12,7 +12,7 @@ import jax
 import numpy as np
 from jax.experimental.compilation_cache import compilation_cache
 
-from .._workers import side_by_side
+from ..numerics._workers import side_by_side
 
 FEWEST_ROUNDS, MOST_ROUNDS = 5, 25
 ROUNDS_SECONDS = 4.0

@@ -7,8 +7,8 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from .._antialias import antialias
-from .._render import recorded_with_room, replay_passes
+from ..rendering._antialias import antialias
+from ..rendering._passes import recorded_with_room, replay_passes
 from ..scene import Camera, ConstantBackground, DirectionalLight, Material, PointLight, Scene, depth_number
 from ..tree import BRANCH_NAMES, Plan, Record, decide_effects, likely_room, make_plan, pixel_of
 

@@ -3,11 +3,11 @@
 from ._edges import beside_small, curvature_at, hidden_parts, near_outlines, nearest_part, outline_of
 from ._footprint import LEAST_COVERAGE, Edge, Footprint, covered, crosswise, edge_of, on_surface, part_of, uncovered
 from ._hit import Hit
-from ._plane import Planes
-from ._polygon import Polygons
 from ._ray import NOTHING, Departure, Ray
-from ._shapes import Shapes, blocked, containing, crossing_count, facing, nearest, surface_at
-from ._sphere import Spheres
+from ._search import Shapes, blocked, containing, crossing_count, facing, nearest, surface_at
+from .shapes._plane import Planes
+from .shapes._polygon import Polygons
+from .shapes._sphere import Spheres
 
 __all__ = [
     "LEAST_COVERAGE",

@@ -8,12 +8,12 @@ its share can be computed with derivatives later.
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from .._coverage import Linear, is_cut
-from .._vector import dot, lookup, where
+from ..numerics._coverage import Linear, is_cut
+from ..numerics._vector import dot, lookup, where
 from ._footprint import LEAST_COVERAGE, Footprint
 from ._hit import Hit
 from ._ray import NOTHING, Departure, Ray
-from ._shapes import Shapes, fold
+from ._search import Shapes, fold
 
 
 def near_outlines(shapes: Shapes, ray: Ray, reach, growth) -> Bool[Array, "n"]:

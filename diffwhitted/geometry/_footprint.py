@@ -8,9 +8,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from .._coverage import Linear, coverage, ramp
-from .._safe import normalise, safe_sqrt
-from .._vector import Vec3, dot, where
+from ..numerics._coverage import Linear, coverage, ramp
+from ..numerics._safe import normalise, safe_sqrt
+from ..numerics._vector import Vec3, dot, where
 from ._hit import Hit
 from ._ray import Ray
 

@@ -3,7 +3,7 @@
 import equinox as eqx
 from jaxtyping import Array, Bool, Float, Int
 
-from .._vector import Vec3
+from ..numerics._vector import Vec3
 
 
 class Hit(eqx.Module):

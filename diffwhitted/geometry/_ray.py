@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from .._vector import Vec3
+from ..numerics._vector import Vec3
 
 NOTHING = -1
 

@@ -3,8 +3,8 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._safe import normalise, power_of_cosine
-from .._vector import Vec3, dot
+from ..numerics._safe import normalise, power_of_cosine
+from ..numerics._vector import Vec3, dot
 from ..optics import mirrored
 
 

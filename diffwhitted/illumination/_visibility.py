@@ -3,9 +3,9 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Int
 
-from .._safe import whole_powers
-from .._vector import Vec3, lookup
 from ..geometry import Departure, Ray, Shapes, blocked, crossing_count
+from ..numerics._safe import whole_powers
+from ..numerics._vector import Vec3, lookup
 
 
 def sees_light(shapes: Shapes, ray: Ray, departure: Departure, distance, blocks: tuple[bool, ...]) -> Bool[Array, "n"]:

@@ -4,9 +4,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from .._coverage import Linear
-from .._safe import safe_divide, safe_sqrt
-from .._vector import Vec3, dot
+from ..numerics._coverage import Linear
+from ..numerics._safe import safe_divide, safe_sqrt
+from ..numerics._vector import Vec3, dot
 
 
 def mirrored(direction: Vec3, normal: Vec3) -> Vec3:

@@ -4,7 +4,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._vector import Vec3, vec3
+from ..numerics._vector import Vec3, vec3
 from ._checks import number_array, require
 
 

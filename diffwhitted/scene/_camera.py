@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from .._errors import SceneError
-from .._safe import normalise, rescaled
-from .._vector import cross, vec3
 from ..geometry import NOTHING, Footprint, Ray
+from ..numerics._safe import normalise, rescaled
+from ..numerics._vector import cross, vec3
 from ._checks import is_traced, number_array, require
 
 LARGEST_SIDE = 32768

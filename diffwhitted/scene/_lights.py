@@ -4,8 +4,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._safe import length, normalise, rescaled, safe_divide
-from .._vector import Vec3, vec3
+from ..numerics._safe import length, normalise, rescaled, safe_divide
+from ..numerics._vector import Vec3, vec3
 from ._checks import number_array, require
 
 

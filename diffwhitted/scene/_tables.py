@@ -8,9 +8,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from .._safe import length, normalise, rescaled, safe_divide
-from .._vector import Vec3, vec3
 from ..geometry import Planes, Polygons, Shapes, Spheres
+from ..numerics._safe import length, normalise, rescaled, safe_divide
+from ..numerics._vector import Vec3, vec3
 from ._background import Background
 from ._lights import Light
 from ._objects import Object, Plane, Polygon, Sphere

@@ -5,9 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from .._coverage import Linear
 from .._errors import SceneError
-from .._vector import Vec3, vec3, where
+from ..numerics._coverage import Linear
+from ..numerics._vector import Vec3, vec3, where
 from ._checks import number_array, require
 from ._square_wave import cell_mean, checker_mean, may_vary
 

@@ -3,8 +3,8 @@
 import equinox as eqx
 from jaxtyping import Array, Bool, Float, Int
 
-from .._vector import Vec3
 from ..geometry import Departure, Edge, Footprint, Hit
+from ..numerics._vector import Vec3
 
 CAMERA, MIRROR, TRANSMITTED, TOTAL, PAST = range(5)
 """The branches of the tree: a camera ray, the mirror ray weighted by k_s, the transmitted ray weighted by k_t,

@@ -11,10 +11,6 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from .._coverage import Linear, is_cut, ramp
-from .._safe import normalise, safe_divide
-from .._stage import packed, stage
-from .._vector import Vec3, dot, lookup, where
 from ..geometry import (
     LEAST_COVERAGE,
     NOTHING,
@@ -34,6 +30,10 @@ from ..geometry import (
     surface_at,
     uncovered,
 )
+from ..numerics._coverage import Linear, is_cut, ramp
+from ..numerics._safe import normalise, safe_divide
+from ..numerics._stage import packed, stage
+from ..numerics._vector import Vec3, dot, lookup, where
 from ..optics import Turn, refraction_radicand, turn_at
 from ..scene import Light, Tables
 from ._arrival import MIRROR, PAST, TOTAL, TRANSMITTED, Arrival, Beam

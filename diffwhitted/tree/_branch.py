@@ -3,8 +3,8 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from .._vector import Vec3, lookup, where
 from ..geometry import Departure, Footprint, Ray, facing
+from ..numerics._vector import Vec3, lookup, where
 from ..optics import eta_at, mirrored, refracted, refraction_radicand
 from ..scene import Tables
 from ._arrival import MIRROR, PAST, TOTAL, TRANSMITTED, Arrival

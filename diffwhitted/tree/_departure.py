@@ -4,9 +4,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool
 
-from .._stage import stage
-from .._vector import Vec3
 from ..geometry import NOTHING, Departure, Footprint, Ray
+from ..numerics._stage import stage
+from ..numerics._vector import Vec3
 from ..scene import Camera, Tables
 from ._arrival import Arrival, Origin
 from ._branch import child, departure

@@ -9,12 +9,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._coverage import Linear, coverage, ramp
-from .._safe import safe_divide
-from .._stage import packed, stage
-from .._vector import Vec3, dot, lookup, where
 from ..geometry import Ray, outline_of
 from ..illumination import diffuse, halfway_apart, lit, lobe, lobe_mean, reflected_apart, tint
+from ..numerics._coverage import Linear, coverage, ramp
+from ..numerics._safe import safe_divide
+from ..numerics._stage import packed, stage
+from ..numerics._vector import Vec3, dot, lookup, where
 from ..scene import Tables
 from ._arrival import Arrival
 from ._beam import light_beam, slant

@@ -7,8 +7,8 @@ from math import ceil
 import numpy as np
 
 from .._errors import CapacityError, SceneError
-from .._stage import LANES
-from .._workers import processors
+from ..numerics._stage import LANES
+from ..numerics._workers import processors
 from ..scene import (
     Camera,
     Plane,

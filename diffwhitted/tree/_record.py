@@ -14,8 +14,6 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Int
 
-from .._stage import empty_buffers, packed, running_count, stage, write_block
-from .._vector import Vec3, where
 from ..geometry import (
     NOTHING,
     Departure,
@@ -29,6 +27,8 @@ from ..geometry import (
     surface_at,
 )
 from ..illumination import before, sees_light, surfaces_crossed
+from ..numerics._stage import empty_buffers, packed, running_count, stage, write_block
+from ..numerics._vector import Vec3, where
 from ..scene import Camera, Tables
 from ._arrival import BRANCHES, PAST, TRANSMITTED, Arrival, Origin, arrival
 from ._beam import arriving, light_beam

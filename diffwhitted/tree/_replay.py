@@ -11,10 +11,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Int
 
-from .._safe import length
-from .._stage import empty_buffers, read_block, stage, write_block
-from .._vector import Vec3, vec3, where
 from ..geometry import Footprint, Ray, beside_small, surface_at
+from ..numerics._safe import length
+from ..numerics._stage import empty_buffers, read_block, stage, write_block
+from ..numerics._vector import Vec3, vec3, where
 from ..scene import Camera, Tables
 from ._arrival import Arrival, arrival
 from ._beam import arriving

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Int
 
-from .._vector import Vec3, lookup, where
+from ..numerics._vector import Vec3, lookup, where
 from ..scene import Tables
 from ._arrival import TRANSMITTED, Arrival
 from ._branch import share

@@ -93,7 +93,7 @@ def remembered(
 
 def sentence(choice: Choice, bound: dict[str, float]) -> str:
     """What was chosen, and how far it was then found to be from the reference."""
-    from fitting._tradeoff import tolerance_text
+    from fitting.comparing._tradeoff import tolerance_text
 
     asked = f"within {tolerance_text(bound['tolerance'])}" if "tolerance" in bound else f"in {bound['time_budget']:g} s"
     return (
@@ -106,7 +106,7 @@ def _key(path: Path, scene: Scene, camera: Camera, name: str, bound: dict[str, f
     import platform
     from hashlib import sha256
 
-    from diffwhitted._workers import processors
+    from diffwhitted.numerics._workers import processors
 
     from . import version_line
 
@@ -135,7 +135,7 @@ def _read(store: Path) -> dict[str, Any]:
 def _write(store: Path, kept: dict[str, Any]) -> None:
     from contextlib import suppress
 
-    from fitting._outputs import write_whole
+    from fitting.telling._outputs import write_whole
 
     with suppress(OSError):
         write_whole(store, lambda path: path.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8"))

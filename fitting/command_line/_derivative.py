@@ -95,7 +95,7 @@ def derivative(
 
     from diffwhitted import load_scene
     from diffwhitted.image import check_writable, write_image
-    from fitting._unknowns import free_coefficients
+    from fitting.problem._unknowns import free_coefficients
 
     form = check_writable(out)
     loaded = load_scene(scene, precision=precision.value)

@@ -107,7 +107,7 @@ def explain(
 def check_drawing(path: Path) -> None:
     """Raise an `InputError` before any work where no drawing can be written."""
     from diffwhitted.image import check_place
-    from fitting._outputs import OutputError
+    from fitting.telling._outputs import OutputError
 
     if path.suffix.lower() not in DRAWINGS:
         raise OutputError(f"cannot write the extension {path.suffix!r} of {path}; allowed is {', '.join(DRAWINGS)}")
@@ -116,7 +116,7 @@ def check_drawing(path: Path) -> None:
 
 def draw_maps(scene: Scene, camera: Camera, depth: int | None, path: Path) -> None:
     from diffwhitted import ray_maps, render
-    from fitting._maps_plot import write_maps
+    from fitting.telling._maps_plot import write_maps
 
     write_maps(ray_maps(scene, camera, max_depth=depth), render(scene, camera, max_depth=depth), path)
 
@@ -124,7 +124,7 @@ def draw_maps(scene: Scene, camera: Camera, depth: int | None, path: Path) -> No
 def _free_names(scene: Scene, patterns: list[str]) -> tuple[str, ...]:
     if not patterns:
         return ()
-    from fitting._unknowns import free_coefficients
+    from fitting.problem._unknowns import free_coefficients
 
     return free_coefficients(scene, patterns)[0]
 

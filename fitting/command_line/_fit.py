@@ -172,7 +172,7 @@ def fit(
     with Progress("reading", quiet=quiet) as progress:
         from diffwhitted import load_scene, save_scene
         from fitting import fit as run_fit
-        from fitting._outputs import write_outputs
+        from fitting.telling._outputs import write_outputs
 
         from ._targets import read_targets
 
@@ -209,7 +209,7 @@ def fit(
 
 def checked_values(scene: Scene, free: Sequence[str], start: Sequence[str], bounds: Sequence[str], truth: Path | None):
     """Starts, bounds and true values by name, read and checked before any work is done."""
-    from fitting._unknowns import free_coefficients, list_unknowns
+    from fitting.problem._unknowns import free_coefficients, list_unknowns
 
     from ._named_values import intervals, numbers, true_values
 
@@ -222,7 +222,7 @@ def checked_values(scene: Scene, free: Sequence[str], start: Sequence[str], boun
 
 def check_folder(folder: Path) -> None:
     """Raise `OutputError` now rather than after the fit where a folder cannot be written."""
-    from fitting._outputs import OutputError
+    from fitting.telling._outputs import OutputError
 
     there = next(place for place in (folder.absolute(), *folder.absolute().parents) if place.exists())
     if not there.is_dir():
@@ -237,7 +237,7 @@ def print_result(result: FitResult, truth: Mapping[str, float] | None, written: 
     """The table, what it means, and where the report is."""
     from rich.console import Console
 
-    from fitting._tables import coefficient_table, summary_lines
+    from fitting.telling._tables import coefficient_table, summary_lines
 
     console = Console(highlight=False, soft_wrap=False)
     console.print()

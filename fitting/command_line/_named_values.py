@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from diffwhitted import InputError, SceneError, coefficient_value, load_scene
-from fitting._unknowns import CHANNELS, Unknown
+from fitting.problem._unknowns import CHANNELS, Unknown
 
 if TYPE_CHECKING:
     from diffwhitted import Scene

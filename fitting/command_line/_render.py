@@ -157,8 +157,8 @@ def rendered(scene: Scene, camera: Camera, depth: int | None, samples: int, foot
     import jax
     import numpy as np
 
-    from diffwhitted._radiance_bound import most_beyond
-    from diffwhitted._render import trace_pass, traced_passes
+    from diffwhitted.rendering._passes import trace_pass, traced_passes
+    from diffwhitted.rendering._radiance_bound import most_beyond
     from diffwhitted.tree import likely_room, make_plan
 
     plan = make_plan(scene, camera, max_depth=depth, capacity=likely_room(camera), footprint=footprint)
@@ -187,7 +187,7 @@ def adaptive(
     """What `diffwhitted.antialias` gives, with seconds counted."""
     from diffwhitted import InputError
     from diffwhitted import antialias as divided
-    from diffwhitted._antialias import check_threshold, compile_antialias
+    from diffwhitted.rendering._antialias import check_threshold, compile_antialias
 
     if samples > 1 or footprint:
         raise InputError(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting._outputs import explained, write_whole
+from fitting.telling._outputs import explained, write_whole
 
 SHOWN = 99.5
 """Percentile of the values at which the colours end; a few pixels may be far beyond."""

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from diffwhitted import Camera, Scene
-    from fitting._tradeoff import Point, Tradeoff
-    from fitting._tradeoff_fit import FitPoint, FitTradeoff
+    from fitting.comparing._tradeoff import Point, Tradeoff
+    from fitting.comparing._tradeoff_fit import FitPoint, FitTradeoff
 
 Out = Annotated[
     Path | None,
@@ -98,11 +98,11 @@ def tradeoff(
     with Progress("reading", quiet=quiet) as progress:
         from diffwhitted import load_scene
         from fitting import Target
-        from fitting._tradeoff import sentences
-        from fitting._tradeoff import tradeoff as measure
-        from fitting._tradeoff_fit import recommendation
-        from fitting._tradeoff_fit import tradeoff_of_fits as measure_fits
-        from fitting._tradeoff_outputs import tradeoff_json, write_tradeoff
+        from fitting.comparing._tradeoff import sentences
+        from fitting.comparing._tradeoff import tradeoff as measure
+        from fitting.comparing._tradeoff_fit import recommendation
+        from fitting.comparing._tradeoff_fit import tradeoff_of_fits as measure_fits
+        from fitting.comparing._tradeoff_outputs import tradeoff_json, write_tradeoff
 
         from ._accuracy import tolerance_number
         from ._fit import check_folder
@@ -162,7 +162,7 @@ def with_camera(scene: Scene, name: str, camera: Camera) -> Scene:
 def check_free(scene: Scene, free: list[str] | None, start: dict[str, float]) -> None:
     """Raise `FitError` now rather than after the pictures for names that are none."""
     from diffwhitted import InputError
-    from fitting._unknowns import free_coefficients, list_unknowns, start_values
+    from fitting.problem._unknowns import free_coefficients, list_unknowns, start_values
 
     if free:
         names, _ = free_coefficients(scene, free)
@@ -186,14 +186,14 @@ def print_tradeoff(found: Tradeoff, title: str) -> None:
 
 def _shown(found: Tradeoff) -> list[Point]:
     """The front in steps that count, the settings of the scene and the recommended ones."""
-    from fitting._tradeoff import steps_that_count
+    from fitting.comparing._tradeoff import steps_that_count
 
     steps = steps_that_count([p for p in found.points if p.on_front], lambda p: p.rmse)
     return [p for p in found.points if p in steps or p is found.recommended or p.settings == found.asked]
 
 
 def _table(found: Tradeoff) -> Table:
-    from fitting._tradeoff import bound_text, seconds_text
+    from fitting.comparing._tradeoff import bound_text, seconds_text
 
     from ._explain import plain_table
 
@@ -211,7 +211,7 @@ def print_fits(found: FitTradeoff) -> None:
     """The front, the defaults and the recommended settings of fits, in 80 columns."""
     from rich.console import Console
 
-    from fitting._tradeoff import seconds_text
+    from fitting.comparing._tradeoff import seconds_text
 
     from ._explain import plain_table
 
@@ -238,7 +238,7 @@ def print_fits(found: FitTradeoff) -> None:
 
 def _shown_fits(found: FitTradeoff) -> list[FitPoint]:
     """The front in steps that count, the defaults and the recommended ones."""
-    from fitting._tradeoff import steps_that_count
+    from fitting.comparing._tradeoff import steps_that_count
 
     steps = steps_that_count([p for p in found.points if p.on_front], lambda p: p.largest)
     return [p for p in found.points if p in steps or p is found.recommended or p.settings == found.default]

@@ -1,0 +1,262 @@
+"""Scenes as TOML files: reading, and writing so that reading gives back the same bits."""
+
+import os
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+
+import tomlkit
+from pydantic import ValidationError
+
+from ..._errors import SceneError
+from ...scene import (
+    Checker,
+    ConstantBackground,
+    DirectionalLight,
+    GradientBackground,
+    Plane,
+    PointLight,
+    Polygon,
+    Precision,
+    Scene,
+    Sphere,
+    float_dtype,
+    nearest_name,
+)
+from . import _schema as schema
+from ._faults import faults_of, ordinal, place, scene_error, shown
+
+LARGEST_FILE = 64 * 2**20
+"""Bytes; a larger file is refused before it is read."""
+ENTRIES = {
+    PointLight: schema.PointEntry,
+    DirectionalLight: schema.DirectionalEntry,
+    Checker: schema.CheckerEntry,
+    Sphere: schema.SphereEntry,
+    Plane: schema.PlaneEntry,
+    Polygon: schema.PolygonEntry,
+}
+
+
+def load_scene(path: str | os.PathLike, *, precision: Precision = "float32") -> Scene:
+    """The scene in a TOML file.
+
+    Arguments: `path` of the file; `precision` of every array of the scene.
+    Raises `SceneError`, one message that names the file, the place in it, the value, what is allowed
+    and what to try: for a file that cannot be read, for broken TOML, and for an invalid scene.
+    """
+    return parse_scene(_text(Path(path)), source=str(path), precision=precision)
+
+
+def parse_scene(text: str, *, source: str = "scene", precision: Precision = "float32") -> Scene:
+    """The scene in a TOML text; `source` is what messages call it. Raises `SceneError`."""
+    document = _document(text, source)
+    dtype = float_dtype(precision)
+    try:
+        file = schema.SceneFile.model_validate(document)
+    except ValidationError as error:
+        raise scene_error(source, faults_of(error, document)) from None
+    return _scene(file, dtype, source)
+
+
+def save_scene(scene: Scene, path: str | os.PathLike) -> None:
+    """Write a scene to a TOML file, whole or not at all; a scene loaded from it has the same bits.
+
+    Raises `SceneError` where the file cannot be written or the scene is not valid.
+    """
+    text = scene_text(scene, source=str(path))
+    target = Path(os.path.realpath(path))
+    partial = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        try:
+            partial.write_text(text, encoding="utf-8", newline="\n")
+            os.replace(partial, target)
+        finally:
+            partial.unlink(missing_ok=True)
+    except OSError as error:
+        advice = "; make the folder first" if not target.parent.is_dir() else ""
+        raise SceneError(f"{str(path)}: cannot be written: {error.strerror}{advice}") from None
+
+
+def scene_text(scene: Scene, *, source: str = "scene") -> str:
+    """A scene as TOML text, each number as short as its precision allows.
+
+    Raises `SceneError` for what could not be read back, such as NaN or a value outside its interval.
+    """
+    plain = {
+        "scene": schema.SettingsEntry.plain(scene, background=_plain_background(scene.background)),
+        "camera": [schema.CameraEntry.plain(camera, name=name) for name, camera in scene.cameras.items()],
+        "light": [_plain(light) for light in scene.lights],
+        "texture": [_plain(texture, name=name) for name, texture in scene.textures.items()],
+        "material": [schema.MaterialEntry.plain(material, name=name) for name, material in scene.materials.items()],
+        "object": [_plain(thing, **_triangle(thing)) for thing in scene.objects],
+    }
+    try:
+        file = schema.SceneFile.model_validate(plain)
+    except ValidationError as error:
+        raise scene_error(source, faults_of(error, plain)) from None
+    _scene(file, scene.dtype, source)
+    return _dumped(plain)
+
+
+def _text(path: Path) -> str:
+    try:
+        with open(path, "rb") as file:
+            data = file.read(LARGEST_FILE + 1)
+    except FileNotFoundError:
+        beside = [p.name for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
+        raise SceneError(f"{path}: there is no such file.{nearest_name(path.name, beside)}") from None
+    except IsADirectoryError:
+        raise SceneError(
+            f"{path}: this is a folder; name the scene file in it, such as {path / 'scene.toml'}"
+        ) from None
+    except PermissionError:
+        raise SceneError(f"{path}: no permission to read it; allow it with: chmod u+r {path}") from None
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if len(data) > LARGEST_FILE:
+        raise SceneError(f"{path}: more than {LARGEST_FILE >> 20} MiB; allowed is less. Is this a scene file?")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise SceneError(
+            f"{path}: line {line}: byte 0x{data[error.start]:02x} is not UTF-8; "
+            "allowed is UTF-8 text. Save the file with that encoding"
+        ) from None
+
+
+def _document(text: str, source: str) -> dict:
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(_broken(str(error), text, source)) from None
+    except RecursionError:
+        raise SceneError(f"{source}: brackets are nested too deeply; allowed is two levels, as in vertices") from None
+    except ValueError as error:
+        reason = "a whole number has thousands of digits; allowed is up to 17" if "digits" in str(error) else str(error)
+        raise SceneError(f"{source}: broken TOML: {reason}") from None
+    if not document:
+        raise SceneError(
+            f"{source}: the file is empty; allowed are the tables [scene], [[camera]], [[light]], "
+            "[[texture]], [[material]] and [[object]]. Start from an example"
+        )
+    return document
+
+
+def _broken(message: str, text: str, source: str) -> str:
+    at = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", message, re.DOTALL)
+    if not at:
+        return f"{source}: broken TOML: {message}; something is not closed"
+    what, line, column = at[1], int(at[2]), int(at[3])
+    lines = text.replace("\r\n", "\n").split("\n")
+    said = shown(lines[line - 1].strip()) if line <= len(lines) else ""
+    return f"{source}: line {line}, column {column}: broken TOML: {what}; the line is {said}"
+
+
+def _scene(file: schema.SceneFile, dtype, source: str) -> Scene:
+    faults = []
+
+    def records(table: str) -> list:
+        made = []
+        for index, entry in enumerate(getattr(file, table)):
+            try:
+                made.append(entry.record(place(table, index, getattr(entry, "name", None)), dtype))
+            except SceneError as error:
+                faults.append(str(error))
+        return made
+
+    def named(table: str) -> dict:
+        return dict(zip((entry.name for entry in getattr(file, table)), records(table), strict=False))
+
+    for table in ("camera", "texture", "material", "object"):
+        faults += _repeated(table, [entry.name for entry in getattr(file, table)])
+    stated = dict(
+        cameras=named("camera"),
+        lights=records("light"),
+        textures=named("texture"),
+        materials=named("material"),
+        objects=records("object"),
+    )
+    try:
+        settings = _settings(file.scene, dtype)
+        if not faults:
+            return Scene(**stated, **settings, precision=dtype.name)
+    except SceneError as error:
+        faults.append(str(error))
+    raise scene_error(source, faults)
+
+
+def _repeated(table: str, names: list[str]) -> list[str]:
+    where = {}
+    for number, name in enumerate(names, 1):
+        where.setdefault(name, []).append(ordinal(number))
+    return [
+        f"{table} {shown(name)}: the {' and the '.join(numbers[:2])} [[{table}]] have this name; "
+        "allowed is one of a kind. Rename one"
+        for name, numbers in where.items()
+        if len(numbers) > 1
+    ]
+
+
+def _settings(settings: schema.SettingsEntry, dtype) -> dict:
+    if isinstance(settings.background, schema.GradientTable):
+        colours = settings.background.value("gradient", "scene: background", dtype)
+        background = GradientBackground(*colours, place="scene")
+    else:
+        background = ConstantBackground(settings.value("background", "scene", dtype), place="scene")
+    rest = {key: settings.value(key, "scene", dtype) for key in type(settings).model_fields if key != "background"}
+    return dict(background=background, **rest)
+
+
+def _plain_background(background):
+    match background:
+        case ConstantBackground(colour=colour):
+            return schema.written(colour)
+        case GradientBackground(bottom=bottom, top=top):
+            return {"gradient": [schema.written(bottom), schema.written(top)]}
+    raise _unwritable(background, (ConstantBackground, GradientBackground))
+
+
+def _plain(record, **stated) -> dict:
+    if type(record) not in ENTRIES:
+        raise _unwritable(record, ENTRIES)
+    return ENTRIES[type(record)].plain(record, **stated)
+
+
+def _unwritable(record, known) -> SceneError:
+    return SceneError(
+        f"a {type(record).__name__} cannot be written to a scene file; allowed are "
+        f"{', '.join(kind.__name__ for kind in known)}"
+    )
+
+
+def _triangle(thing) -> dict:
+    return {"type": "triangle"} if isinstance(thing, Polygon) and len(thing.vertices) == 3 else {}
+
+
+def _dumped(plain: Mapping) -> str:
+    document = tomlkit.document()
+    for table, value in plain.items():
+        if isinstance(value, list):
+            entries = tomlkit.aot()
+            for entry in value:
+                entries.append(_table(entry))
+            if entries:
+                document.add(table, entries)
+        else:
+            document.add(table, _table(value))
+    return tomlkit.dumps(document)
+
+
+def _table(entry: Mapping):
+    table = tomlkit.table()
+    for key, value in entry.items():
+        item = tomlkit.inline_table() if isinstance(value, dict) else tomlkit.item(value)
+        if isinstance(value, dict):
+            item.update(value)
+        elif isinstance(value, list) and len(value) > 4:
+            item.multiline(True)
+        table.add(key, item)
+    return table

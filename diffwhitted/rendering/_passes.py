@@ -1,0 +1,118 @@
+"""The passes of a picture: traced, or recorded and replayed, with as much room as their rays need."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from ..image import gathered
+from ..numerics._workers import side_by_side
+from ..scene import Camera, Scene, tabulate
+from ..tree import Beyond, Plan, Record, grid, record, replay, sample_places, trace
+
+
+def trace_samples(
+    scene: Scene, camera: Camera, plan: Plan, number: Int[Array, ""], samples: int = 1, beyond: Beyond | None = None
+):
+    """One pass of the picture, (3, plan.pass_pixels), and for each sample how many rays other than camera rays it takes.
+
+    With `beyond` there are three more channels: the most light that the branches that were not followed could bring.
+    """
+    tables = tabulate(scene)
+
+    def one_sample(place):
+        light, left, descendants = trace(tables, camera, plan, grid(plan, camera, number, place), beyond)
+        film = light.stacked(axis=0)
+        return (film if left is None else jnp.concatenate([film, left.stacked(axis=0)])), descendants
+
+    film, needed = jax.lax.map(one_sample, sample_places(plan.footprint or samples, scene.dtype))
+    return film.mean(axis=0), needed
+
+
+trace_pass = eqx.filter_jit(trace_samples)
+
+
+@eqx.filter_jit
+def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
+    """The image (height, width, 3), differentiable, and the most rays other than camera rays that one pass needs."""
+    tables = tabulate(scene)
+
+    def one_sample(number, place):
+        samples = grid(plan, camera, number, place)
+        tree = record(tables, camera, plan, samples)
+        return replay(tables, camera, tree, plan, samples).stacked(axis=0), tree.descendants
+
+    def one_pass(number):
+        places = sample_places(plan.footprint or samples, scene.dtype)
+        film, needed = jax.lax.map(lambda place: one_sample(number, place), places)
+        return film.mean(axis=0), needed.max()
+
+    film, needed = jax.lax.map(one_pass, _pass_numbers(plan))
+    return gathered(film, camera.height, camera.width), needed.max()
+
+
+def traced_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):
+    """The image, side by side on all processors, and the rays other than camera rays of each pass and sample."""
+    passes = side_by_side(
+        lambda number: trace_pass(scene, camera, plan, number, samples, beyond), list(_pass_numbers(plan))
+    )
+    return _assembled(passes, camera)
+
+
+def traced_with_room(scene: Scene, camera: Camera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):
+    """The same with as much room as the rays turn out to need."""
+    while True:
+        image, descendants = traced_passes(scene, camera, plan, samples, beyond)
+        needed = int(descendants.max())
+        if needed <= plan.capacity:
+            return image, descendants
+        plan = plan.with_capacity(2 * needed)
+
+
+@eqx.filter_jit
+def _assembled(passes, camera: Camera):
+    film, needed = (jnp.stack(part) for part in zip(*passes, strict=True))
+    return gathered(film, camera.height, camera.width), needed
+
+
+@eqx.filter_jit
+def record_passes(scene: Scene, camera: Camera, plan: Plan, place=None) -> Record:
+    """The recorded trees of all passes, stacked."""
+    tables, place = tabulate(scene), _centre(scene) if place is None else place
+    return jax.lax.map(
+        lambda number: record(tables, camera, plan, grid(plan, camera, number, place)), _pass_numbers(plan)
+    )
+
+
+def recorded_with_room(scene: Scene, camera: Camera, plan: Plan) -> tuple[Plan, Record]:
+    """The same, and the plan with as much room as they turn out to need."""
+    while True:
+        trees = record_passes(scene, camera, plan)
+        needed = int(np.max(trees.descendants))
+        if needed <= plan.capacity:
+            return plan, trees
+        plan = plan.with_capacity(2 * needed)
+
+
+@eqx.filter_jit
+def replay_passes(
+    scene: Scene, camera: Camera, trees: Record, plan: Plan, place=None
+) -> Float[Array, "height width 3"]:
+    """The image of recorded trees, differentiable in `scene` and `camera`."""
+    tables, place = tabulate(scene), _centre(scene) if place is None else place
+
+    def one_pass(inputs):
+        number, tree = inputs
+        return replay(tables, camera, tree, plan, grid(plan, camera, number, place)).stacked(axis=0)
+
+    film = jax.lax.map(one_pass, (_pass_numbers(plan), trees))
+    return gathered(film, camera.height, camera.width)
+
+
+def _pass_numbers(plan: Plan):
+    return jnp.arange(plan.passes, dtype=jnp.int32)
+
+
+def _centre(scene: Scene):
+    return jnp.full(2, 0.5, scene.dtype)

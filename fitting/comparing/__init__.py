@@ -1,0 +1,1 @@
+"""What accuracy costs: settings of pictures and of fits side by side."""

@@ -1,0 +1,118 @@
+"""What the pictures determine: rank, standard errors, intervals and correlations from the Jacobian.
+
+With J'J = R'R at the solution and noise variance s^2 the covariance is s^2 (R'R)^-1 on the directions that the
+pictures determine. A coefficient whose column is zero is seen by no pixel; columns that are linearly
+dependent (after scaling each to length one) belong to coefficients that cannot be told apart.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..problem._unknowns import Unknown
+
+SHARE = 0.1
+"""A coefficient belongs to an undetermined direction if its part of it is at least this."""
+QUANTILE = 1.959964
+WIDEST = 12**-0.5
+"""A standard error beyond this share of the bounds says no more than the bounds themselves."""
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """By unknown: standard error (NaN where not determined), 95 % interval, and what it is confounded with."""
+
+    spread: np.ndarray
+    """Standard error along the directions that are determined, for every unknown; NaN without a noise."""
+    standard_error: np.ndarray
+    interval: np.ndarray
+    seen: np.ndarray
+    identifiable: np.ndarray
+    confounded: tuple[tuple[int, ...], ...]
+    correlation: np.ndarray
+    rank: int
+
+
+def uncertainty(
+    factor: np.ndarray,
+    noise: float,
+    values: np.ndarray,
+    unknowns: tuple[Unknown, ...],
+    precision: float,
+    resolution: float = 0.0,
+    shift: np.ndarray | float = 0.0,
+) -> Uncertainty:
+    """From R of the residuals' Jacobian (p, p), and the standard deviation `noise` of the residuals.
+
+    Without a noise (NaN) there are no standard errors, and the rank alone says what is determined. `precision` is
+    the relative accuracy of R: directions that are shorter than that are not determined. `resolution` is the
+    share of a coefficient below which no standard error goes. `shift` is half a 95 % interval of its own, of another
+    cause than noise.
+    """
+    count = len(unknowns)
+    low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
+    size = np.linalg.norm(factor, axis=0)
+    seen = size * (high - low) > 1e-12 * max(1.0, (size * (high - low)).max(initial=0))
+    scale = np.where(seen, size, 1)
+    _, lengths, directions = np.linalg.svd(np.where(seen, factor / scale, 0))
+    determined = lengths > precision * lengths.max(initial=1e-300)
+    lost = [i for i in np.flatnonzero(~determined) if np.abs(directions[i][seen]).max(initial=0) > SHARE]
+    confounded = tuple(_partners(j, lost, directions, seen) for j in range(count))
+    inverse = np.divide(1, lengths, out=np.zeros_like(lengths), where=determined)
+    covariance = (directions.T * inverse**2) @ directions / np.outer(scale, scale) * noise**2
+    spread = np.sqrt(np.maximum(np.diagonal(covariance), 0))
+    alone = np.array([not c for c in confounded])
+    identifiable = seen & alone & ~(_scaled_error(spread, values, unknowns) >= WIDEST * _scaled_width(unknowns))
+    error = np.where(identifiable, np.hypot(np.maximum(spread, resolution * abs(values)), shift / QUANTILE), np.nan)
+    sizes = np.where(identifiable & (spread > 0), spread, np.inf)
+    correlation = np.clip(covariance / np.outer(sizes, sizes), -1, 1)
+    np.fill_diagonal(correlation, 1)
+    return Uncertainty(
+        spread,
+        error,
+        _intervals(values, error, unknowns),
+        seen,
+        identifiable,
+        confounded,
+        correlation,
+        int(determined.sum()),
+    )
+
+
+def _partners(j: int, lost: list[int], directions: np.ndarray, seen: np.ndarray) -> tuple[int, ...]:
+    """The other coefficients in the undetermined directions that coefficient j takes part in."""
+    partners = set()
+    for i in lost:
+        taking_part = np.flatnonzero((np.abs(directions[i]) > SHARE) & seen)
+        if j in taking_part:
+            partners |= set(taking_part.tolist()) - {j}
+    return tuple(sorted(partners))
+
+
+def _intervals(values, error, unknowns) -> np.ndarray:
+    """95 % intervals: symmetric in the coefficient's own scale, within the bounds of what it can be."""
+    ends = np.empty((len(unknowns), 2))
+    for i, u in enumerate(unknowns):
+        offset = {"interval": None, "log": 0.0, "log-excess": 1.0}[u.row.scale]
+        if offset is None:
+            ends[i] = values[i] - QUANTILE * error[i], values[i] + QUANTILE * error[i]
+        else:
+            factor = np.exp(np.minimum(QUANTILE * error[i] / (values[i] - offset), 700))
+            ends[i] = offset + (values[i] - offset) / factor, offset + (values[i] - offset) * factor
+        ends[i] = np.clip(ends[i], *u.bounds)
+    return ends
+
+
+def _scaled_error(error, values, unknowns) -> np.ndarray:
+    """The standard error in the coefficient's own scale (value, log value, log(value - 1))."""
+    offsets = np.asarray([{"interval": np.nan, "log": 0.0, "log-excess": 1.0}[u.row.scale] for u in unknowns])
+    return np.where(np.isnan(offsets), error, error / np.where(np.isnan(offsets), 1, values - offsets))
+
+
+def _scaled_width(unknowns) -> np.ndarray:
+    def width(u: Unknown) -> float:
+        offset = {"interval": None, "log": 0.0, "log-excess": 1.0}[u.row.scale]
+        low, high = u.bounds
+        return high - low if offset is None else float(np.log((high - offset) / (low - offset)))
+
+    return np.asarray([width(u) for u in unknowns])

@@ -1,0 +1,1 @@
+"""How a fit is told: tables, reports, plots and files."""
