@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.stats import qmc
 
-from diffwhitted.scene import Scene, depth_number, whole_number
+from diffwhitted.scene import Scene, depth_number, marks_of, whole_number
 from diffwhitted.tree import decide_effects, likely_room, make_plan, sample_places
 
 from ._errors import FitError
@@ -109,11 +109,9 @@ def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, sa
             pass_of=PART_PIXELS,
             block_of=PART_RAYS,
         )
-        views.append(
-            view_of(
-                camera, target.image, weight, places[:, None] if moving else places[None], 1 / max(footprint, 1), plan
-            )
-        )
+        groups, side = places[:, None] if moving else places[None], 1 / max(footprint, 1)
+        marks = marks_of(scene, plan.at_work)
+        views.append(view_of(camera, target.image, weight, groups, side, plan.program, marks))
     recorded = tuple(prepared(scene, unknowns, values, view, moving) for view in views)
     return Problem(scene, bounds, recorded, unknowns), total
 

@@ -17,8 +17,8 @@ from .._errors import CapacityError
 from ..numerics._workers import processors, side_by_side
 from ..rendering._antialias import antialias, compile_antialias
 from ..rendering._radiance_bound import most_beyond
-from ..scene import DEEPEST, Camera, Scene, tabulate
-from ..tree import Beyond, Plan, Samples, likely_room, make_plan, sample_places, trace, trace_left_out
+from ..scene import DEEPEST, Camera, Scene, Tables
+from ..tree import Beyond, Plan, Samples, likely_room, make_plan, sample_places, tables_of, trace, trace_left_out
 from ._knobs import Settings
 
 MOST_PLACES = 64
@@ -132,10 +132,11 @@ class Tracer:
     ) -> tuple[np.ndarray, int, float]:
         """The sum over places at each corner (n, 3), the rays other than camera rays, and the seconds; with `beyond`, of what is left out."""
         plan, scene = self.compiled(settings, beyond), self.scene.with_cutoff(settings.cutoff)
+        tables = tables_of(scene, plan)
         how = jnp.asarray(settings.depth, jnp.int32), jnp.asarray(1 / max(settings.footprint, 1), scene.dtype), beyond
 
         def film_of(corners):
-            return [_pass(scene, self.camera, plan, corners, *places, *how) for places in groups]
+            return [_pass(tables, self.camera, plan.program, corners, *places, *how) for places in groups]
 
         fewest = max(-(-len(column) // plan.pass_pixels), min(processors(), len(column) // FEWEST_PIXELS), 1)
         count = min(max(fewest, int(fewest * self._crowded.get(settings, 1))), len(column))
@@ -163,13 +164,20 @@ class Tracer:
         """The plan that serves these settings, its program compiled. What is left out does not hang on shadows."""
         plan = self.plan(settings)
         if beyond is not None:
-            plan = replace(plan, effects=replace(plan.effects, shadows=False, tinted_shadows=False))
+            plan = replace(plan, effects=plan.effects.switched(shadows=False, tinted_shadows=False))
         if (program := (plan, beyond is None)) not in self._compiled:
             begun = time.perf_counter()
             nobody = _dealt(plan, *np.zeros((2, 1), self.scene.dtype), 1)[0]
             places = _place_groups(1, self.scene.dtype)[0]
             _pass.lower(
-                self.scene, self.camera, plan, nobody, *places, jnp.int32(1), jnp.asarray(1, self.scene.dtype), beyond
+                tables_of(self.scene, plan),
+                self.camera,
+                plan.program,
+                nobody,
+                *places,
+                jnp.int32(1),
+                jnp.asarray(1, self.scene.dtype),
+                beyond,
             ).compile()
             self.seconds_compile += time.perf_counter() - begun
             self._compiled.add(program)
@@ -183,7 +191,7 @@ class Tracer:
                 self.scene, self._sized, max_depth=DEEPEST, capacity=likely_room(self._sized), footprint=int(kind)
             )
             branching = plan.effects.reflection or plan.effects.refraction
-            self._plans[kind] = replace(plan, effects=replace(plan.effects, cutoff=branching))
+            self._plans[kind] = replace(plan, effects=plan.effects.switched(cutoff=branching))
         return self._plans[kind]
 
 
@@ -223,13 +231,21 @@ def _dealt(plan: Plan, column: np.ndarray, row: np.ndarray, count: int) -> list[
 
 @eqx.filter_jit
 def _pass(
-    scene: Scene, camera: Camera, plan: Plan, corners: Corners, places, count, depth, side, beyond: Beyond | None = None
+    tables: Tables,
+    camera: Camera,
+    plan: Plan,
+    corners: Corners,
+    places,
+    count,
+    depth,
+    side,
+    beyond: Beyond | None = None,
 ):
     """The sum of the films of `count` places (3, pixels); of their descendants, the largest number and the sum.
 
     With `beyond` the film is of the most light that the branches that are not followed could bring.
     """
-    tables = replace(tabulate(scene), max_depth=depth)
+    tables = replace(tables, max_depth=depth)
 
     def one_place(number, state):
         film, most, total = state
@@ -240,5 +256,5 @@ def _pass(
             light, descendants = trace_left_out(tables, camera, plan, samples, beyond)
         return film + light.stacked(axis=0), jnp.maximum(most, descendants), total + descendants
 
-    nothing = jnp.zeros((3, plan.pass_pixels), scene.dtype), jnp.int32(0), jnp.int32(0)
+    nothing = jnp.zeros((3, plan.pass_pixels), camera.look_from.dtype), jnp.int32(0), jnp.int32(0)
     return jax.lax.fori_loop(0, count, one_place, nothing)

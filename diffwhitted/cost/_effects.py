@@ -1,15 +1,14 @@
 """What each effect costs: the same picture without it, compiled and run in turns with all others."""
 
 from collections.abc import Callable, Collection
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
 from ..rendering._passes import trace_samples
-from ..scene import Camera, ConstantBackground, GradientBackground, PointLight, Scene
-from ..tree import Plan
+from ..scene import Camera, Scene
+from ..tree import Plan, effect_rows, tables_of
 from ._programs import Program, compiled, share_without, timed
 from ._work import Work, work_programs
 
@@ -80,7 +79,8 @@ def picture_cost(
 
 def _picture(scene: Scene, camera: Camera, plan: Plan) -> tuple[Program, int]:
     """The picture as `render` traces it, with room for its rays, and how many they are."""
-    inputs = [(scene, number) for number in jnp.arange(plan.passes, dtype=jnp.int32)]
+    tables, plan = tables_of(scene, plan), plan.program
+    inputs = [(tables, number) for number in jnp.arange(plan.passes, dtype=jnp.int32)]
     while True:
         program = compiled(lambda given, plan=plan: trace_samples(given[0], camera, plan, given[1], 1), inputs)
         descendants = np.asarray([needed for _, needed in program.run()], np.int64)
@@ -91,23 +91,10 @@ def _picture(scene: Scene, camera: Camera, plan: Plan) -> tuple[Program, int]:
 
 def _without(scene: Scene, plan: Plan, effect: str) -> tuple[Scene, Plan]:
     """Scene and plan with one effect switched off, and with it those that cannot do without."""
-    on = asdict(plan.effects) | {effect: False}
-    lit, branching = on["diffuse"] or on["highlight"], on["reflection"] or on["refraction"]
-    needs = {
-        "shadows": lit,
-        "attenuation": lit,
-        "total_internal_reflection": on["refraction"],
-        "nested_media": on["refraction"],
-        "cutoff": branching,
-    }
-    on |= {name: on[name] and need for name, need in needs.items()}
-    on["tinted_shadows"] = on["tinted_shadows"] and on["shadows"]
-    if not on["attenuation"]:
-        bare = [PointLight(p.position, p.colour) if isinstance(p, PointLight) else p for p in scene.lights]
-        scene = eqx.tree_at(lambda s: s.lights, scene, tuple(bare))
-    if not on["background_gradient"] and isinstance(scene.background, GradientBackground):
-        scene = eqx.tree_at(lambda s: s.background, scene, ConstantBackground(scene.background.top))
-    mirrors = tuple(m and on["reflection"] for m in plan.mirrors)
-    effects, footprint = replace(plan.effects, **on), plan.footprint if on["footprint"] else 0
-    capacity = plan.capacity if branching or footprint else 0
-    return scene, replace(plan, effects=effects, mirrors=mirrors, footprint=footprint, capacity=capacity)
+    effects = plan.effects.without(effect)
+    for row in effect_rows():
+        if row.name in plan.effects and row.name not in effects:
+            scene = row.without(scene)
+    footprint = plan.footprint if "footprint" in effects else 0
+    capacity = plan.capacity if effects.branching or footprint else 0
+    return scene, replace(plan, effects=effects, footprint=footprint, capacity=capacity)

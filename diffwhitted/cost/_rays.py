@@ -4,13 +4,28 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..illumination import lit
+from ..numerics._vector import Vec3
+from ..records import member, member_count
 from ..rendering._antialias import antialias
-from ..rendering._passes import recorded_with_room, replay_passes
-from ..scene import Camera, ConstantBackground, DirectionalLight, Material, PointLight, Scene, depth_number
-from ..tree import BRANCH_NAMES, Plan, Record, decide_effects, likely_room, make_plan, pixel_of
+from ..rendering._passes import recorded_with_room
+from ..scene import Camera, Scene, Tables, depth_number
+from ..tree import (
+    BRANCH_NAMES,
+    Plan,
+    Record,
+    decide_effects,
+    grid,
+    likely_room,
+    make_plan,
+    pixel_of,
+    replay,
+    tables_of,
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -75,7 +90,7 @@ def count_rays(scene: Scene, camera: Camera, free: Collection[str], max_depth: i
     counts = RayCounts(
         by_level=tuple(map(int, np.bincount(level[kept], minlength=2)[1:])),
         by_kind=_by_kind(kind[kept]),
-        background=int((np.asarray(trees.nodes.object)[kept] < 0).sum()),
+        background=int((np.asarray(trees.nodes.primitive)[kept] < 0).sum()),
         shadow=_shadow_rays(scene, camera, plan, trees, kept) if shadows else 0,
         cut_off={name: count for name, count in _by_kind(kind[level > depth]).items() if name != "camera"},
     )
@@ -85,7 +100,7 @@ def count_rays(scene: Scene, camera: Camera, free: Collection[str], max_depth: i
 def _recorded(scene: Scene, camera: Camera, free: Collection[str], max_depth: int | None) -> tuple[Plan, Record]:
     """The trees of the picture, without what lights see."""
     plan = make_plan(scene, camera, free=free, max_depth=depth_number(max_depth), capacity=likely_room(camera))
-    plan = replace(plan, effects=replace(plan.effects, shadows=False, tinted_shadows=False))
+    plan = replace(plan, effects=plan.effects.switched(shadows=False, tinted_shadows=False))
     return recorded_with_room(scene, camera, plan)
 
 
@@ -102,30 +117,27 @@ def _by_kind(kind: np.ndarray) -> dict[str, int]:
 
 
 def _shadow_rays(scene: Scene, camera: Camera, plan: Plan, trees: Record, counted: np.ndarray) -> int:
-    """Lit points times lights: the sum of a picture in which each of them sends back exactly 1.
+    """Lit points times lights: the sum of a picture to which each of them sends exactly 1, and every ray carries all of it."""
+    tables = tables_of(scene, plan)
+    whole = jax.tree.map(jnp.ones_like, tables.coefficients["k_s"])
+    tables = replace(tables, coefficients=tables.coefficients | {"k_s": whole, "k_t": whole})
+    trees = eqx.tree_at(lambda t: t.nodes.primitive, trees, jnp.where(counted, trees.nodes.primitive, -1))
+    return round(float(np.asarray(_lit_points(tables, camera, trees, plan.program), np.float64).sum()))
 
-    (N.H)**0 = 1 where N.L > 0, every ray carries all of its light, and all else is dark.
-    """
-    black, white = [0.0, 0.0, 0.0], [1.0, 1.0, 1.0]
-    plain = {
-        name: Material(k_h=1.0, k_s=1.0, k_t=1.0, phong_exponent=0.0, refractive_index=m.refractive_index)
-        for name, m in scene.materials.items()
-    }
-    bright = [
-        PointLight(p.position, white) if isinstance(p, PointLight) else DirectionalLight(p.direction, white)
-        for p in scene.lights
-    ]
-    counting = Scene(
-        objects=scene.objects,
-        materials=plain,
-        lights=bright,
-        background=ConstantBackground(black),
-        ambient=black,
-        precision=scene.precision,
-    )
-    trees = eqx.tree_at(lambda t: t.nodes.object, trees, jnp.where(counted, trees.nodes.object, -1))
-    effects = replace(plan.effects, ambient=False, diffuse=False, highlight=True, textures=False)
-    film = replay_passes(
-        counting, camera, trees, replace(plan, effects=effects, highlight_models=("halfway",) * len(plain))
-    )
-    return round(float(np.asarray(film[..., 0], np.float64).sum()))
+
+@eqx.filter_jit
+def _lit_points(tables: Tables, camera: Camera, trees: Record, plan: Plan):
+    def lamps(tables: Tables, plan: Plan, nodes, at, needed) -> Vec3:
+        """The number of lights that are before the surface."""
+        there, total = (nodes.primitive >= 0).astype(at.point.dtype), jnp.zeros_like(at.point.x)
+        for lights in tables.lights:
+            for k in range(member_count(lights)):
+                total = total + lit(at.shading_normal, member(lights, k).arriving(at.point)[0])
+        return Vec3(total * there, total * there, total * there)
+
+    def one_pass(inputs):
+        number, tree = inputs
+        place = jnp.full(2, 0.5, camera.look_from.dtype)
+        return replay(tables, camera, tree, plan, grid(plan, camera, number, place), lamps).x
+
+    return jax.lax.map(one_pass, (jnp.arange(plan.passes, dtype=jnp.int32), trees))

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 
-from ..scene import Camera, Scene, tabulate
-from ..tree import Plan, grid, record, replay, sample_places
+from ..scene import Camera, Scene
+from ..tree import Plan, grid, record, replay, sample_places, tables_of
 from ._programs import Program, compiled
 
 
@@ -28,30 +28,23 @@ class Work:
 def work_programs(scene: Scene, camera: Camera, plan: Plan) -> dict[str, Program]:
     """Two parts of the picture as programs: the search and all that it needs, and the way along known rays alone."""
     places = sample_places(max(plan.footprint, 1), scene.dtype)
+    tables, plan = tables_of(scene, plan), plan.program
     numbers = list(jnp.arange(plan.passes, dtype=jnp.int32))
 
     def search(given):
-        scene, number = given
-        return jax.lax.map(
-            lambda place: record(tabulate(scene), camera, plan, grid(plan, camera, number, place)), places
-        )
+        tables, number = given
+        return jax.lax.map(lambda place: record(tables, camera, plan, grid(plan, camera, number, place)), places)
 
-    searching = compiled(search, [(scene, number) for number in numbers])
+    searching = compiled(search, [(tables, number) for number in numbers])
 
     def walk(given):
-        scene, number, trees = given
+        tables, number, trees = given
 
         def points(sample):
             tree, place = sample
             samples = grid(plan, camera, number, place)
             return replay(
-                tabulate(scene),
-                camera,
-                tree,
-                plan,
-                samples,
-                lambda tables, plan, nodes, at, needed: at.point,
-                forward=True,
+                tables, camera, tree, plan, samples, lambda tables, plan, nodes, at, needed: at.point, forward=True
             ).stacked(axis=0)
 
         return jax.lax.map(points, (trees, places))
@@ -59,6 +52,6 @@ def work_programs(scene: Scene, camera: Camera, plan: Plan) -> dict[str, Program
     return {
         "search": searching,
         "walk": compiled(
-            walk, [(scene, number, trees) for number, trees in zip(numbers, searching.run(), strict=True)]
+            walk, [(tables, number, trees) for number, trees in zip(numbers, searching.run(), strict=True)]
         ),
     }

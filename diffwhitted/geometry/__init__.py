@@ -1,42 +1,26 @@
 """Where a ray meets a surface. No colour, no light: rays in, hits out."""
 
-from ._edges import beside_small, curvature_at, hidden_parts, near_outlines, nearest_part, outline_of
-from ._footprint import LEAST_COVERAGE, Edge, Footprint, covered, crosswise, edge_of, on_surface, part_of, uncovered
+from ._edges import beside_small, curvature_at, hidden_parts, near_silhouettes, nearest_part, silhouette_of
+from ._footprint import (
+    LEAST_COVERAGE,
+    Edge,
+    Footprint,
+    covered,
+    crosswise,
+    edge_of,
+    on_surface,
+    part_of,
+    steps_on_surface,
+    uncovered,
+)  # fmt: skip
 from ._hit import Hit
 from ._ray import NOTHING, Departure, Ray
-from ._search import Shapes, blocked, containing, crossing_count, facing, nearest, surface_at
-from .shapes._plane import Planes
-from .shapes._polygon import Polygons
-from .shapes._sphere import Spheres
+from ._search import Shapes, blocked, containing, crossing_counts, facing, nearest, surface_at
+from ._surface import AbstractSurfaces
 
 __all__ = [
-    "LEAST_COVERAGE",
-    "NOTHING",
-    "Departure",
-    "Edge",
-    "Footprint",
-    "Hit",
-    "Planes",
-    "Polygons",
-    "Ray",
-    "Shapes",
-    "Spheres",
-    "beside_small",
-    "blocked",
-    "containing",
-    "covered",
-    "crosswise",
-    "crossing_count",
-    "curvature_at",
-    "edge_of",
-    "facing",
-    "hidden_parts",
-    "near_outlines",
-    "nearest",
-    "nearest_part",
-    "on_surface",
-    "outline_of",
-    "part_of",
-    "surface_at",
-    "uncovered",
-]
+    "LEAST_COVERAGE", "NOTHING", "AbstractSurfaces", "Departure", "Edge", "Footprint", "Hit", "Ray", "Shapes",
+    "beside_small", "blocked", "containing", "covered", "crosswise", "crossing_counts", "curvature_at", "edge_of",
+    "facing", "hidden_parts", "near_silhouettes", "nearest", "nearest_part", "on_surface", "part_of", "silhouette_of",
+    "steps_on_surface", "surface_at", "uncovered",
+]  # fmt: skip

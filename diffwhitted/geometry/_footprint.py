@@ -133,20 +133,23 @@ def narrowed(footprint: Footprint, edge: Edge, share: Float[Array, "*n"]) -> Foo
     return Footprint(Ray(origin[0], direction[0]), Ray(origin[1], direction[1]), footprint.within)
 
 
-def on_surface(ray: Ray, footprint: Footprint, hit: Hit, curvature=0) -> Footprint:
-    """The footprint where the ray meets the surface: its origin moves along the surface.
+def steps_on_surface(ray: Ray, footprint: Footprint, point: Vec3, normal: Vec3, curvature=0) -> list[Vec3]:
+    """How the point where the ray meets the surface moves along it, from one side of the pixel to the other.
 
     dP = q - d (q.N) / (d.N) with q = dO + t dD: the surface is its tangent plane to first order. Edges: where
     |d.N| < 0.001 the footprint is that of 0.001; on a surface that is curved, a pixel of width w = |q.N| reaches no
     further than the sqrt(2 w / curvature) from where it grazes the surface to w below.
     """
-    distance = dot(hit.point - ray.origin, ray.direction)
+    distance = dot(point - ray.origin, ray.direction)
     free = [side.origin + side.direction * distance for side in footprint.sides()]
-    width = sum(abs(dot(q, hit.normal)) for q in free)
-    towards = -jnp.maximum(
-        jnp.maximum(-dot(ray.direction, hit.normal), STEEPEST), safe_sqrt(0.5 * width * abs(curvature))
-    )
-    moved = [q - ray.direction * (dot(q, hit.normal) / towards) for q in free]
+    width = sum(abs(dot(q, normal)) for q in free)
+    towards = -jnp.maximum(jnp.maximum(-dot(ray.direction, normal), STEEPEST), safe_sqrt(0.5 * width * abs(curvature)))
+    return [q - ray.direction * (dot(q, normal) / towards) for q in free]
+
+
+def on_surface(ray: Ray, footprint: Footprint, hit: Hit, curvature=0) -> Footprint:
+    """The footprint where the ray meets the surface: its origin moves along the surface."""
+    moved = steps_on_surface(ray, footprint, hit.point, hit.normal, curvature)
     return Footprint(
         *(Ray(origin, side.direction) for origin, side in zip(moved, footprint.sides(), strict=True)), footprint.within
     )

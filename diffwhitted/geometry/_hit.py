@@ -7,14 +7,20 @@ from ..numerics._vector import Vec3
 
 
 class Hit(eqx.Module):
-    """Where a ray meets a surface. Every field is finite, also where `object` is -1 (a miss)."""
+    """Where a ray meets a surface. Every field is finite, also for a miss, whose numbers are -1."""
 
+    primitive: Int[Array, "*n"]
+    """Which surface: an object may consist of many."""
     object: Int[Array, "*n"]
-    """Index of the primitive, -1 where the ray meets nothing."""
+    """Which object, by which it has its name and its material."""
+    crossing: Int[Array, "*n"]
+    """Which of the crossings of the ray's line with that surface, counted along the ray (see `AbstractSurfaces.crossings`)."""
     entering: Bool[Array, "*n"]
-    """The ray comes from the outer side of the primitive."""
+    """The ray comes from the outer side of the surface."""
     point: Vec3
     normal: Vec3
-    """Unit normal on the side of the incoming ray (zero for a miss)."""
+    """Geometric unit normal on the side of the incoming ray (zero for a miss): which side is which, and where rays may go."""
+    shading_normal: Vec3
+    """The normal that light sees: the geometric one, unless the surface interpolates or perturbs it."""
     distance: Float[Array, "*n"]
     """Along the ray, in metres (zero for a miss)."""

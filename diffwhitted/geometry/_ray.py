@@ -22,21 +22,25 @@ class Ray(eqx.Module):
 class Departure(eqx.Module):
     """The surface that a ray starts on, in place of a small offset.
 
-    A ray that leaves a convex primitive outwards never meets it again; one that leaves it inwards
-    meets it only at the far crossing. Knowing the primitive and the side is therefore exact at any
+    A ray that leaves a convex surface outwards never meets it again; one that leaves it inwards
+    meets it only at the far crossing. Knowing the surface and the side is therefore exact at any
     scale of the scene, where an offset along the normal must be tuned to it.
     """
 
-    object: Int[Array, "*n"]
-    """Index of the primitive, or -1 for a ray that starts in free space."""
+    primitive: Int[Array, "*n"]
+    """Number of the surface, or -1 for a ray that starts in free space."""
     inwards: Bool[Array, "*n"]
-    """The ray travels on the inner side of that primitive."""
+    """The ray travels on the inner side of that surface."""
     passed: tuple[Int[Array, "*n"], ...] = ()
-    """Primitives whose outline the ray runs past, -1 for none: it does not meet them."""
+    """Surfaces whose silhouette the ray runs past, -1 for none: it does not meet them."""
 
-    def leaves_out(self, index):
-        """Is the primitive one that the ray runs past?"""
+    def leaves_out(self, index) -> Bool[Array, "*n"]:
+        """Is the surface one that the ray runs past?"""
         out = jnp.zeros(self.inwards.shape, bool)
         for one in self.passed:
             out = out | (one == index)
         return out
+
+    def counted_from(self, first: int) -> "Departure":
+        """The same where surface `first` has the number 0; surfaces before it get negative numbers."""
+        return Departure(self.primitive - first, self.inwards, tuple(one - first for one in self.passed))

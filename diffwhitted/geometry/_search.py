@@ -1,11 +1,11 @@
 """All surfaces of a scene under one numbering, and the searches over them.
 
-The numbering runs through the families in the order of the fields below. A family is a record with
-`crossings`, `first_crossing`, `carrier`, `surface` and `contains`; a new shape is a file with such a record and
-one more field here.
+The numbering runs through the families in their order. Each family searches its own surfaces (see `AbstractSurfaces`); here
+the answers of the families are put together.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import reduce
 
 import equinox as eqx
 import jax
@@ -15,93 +15,120 @@ from jaxtyping import Array, Bool, Float, Int
 from ..numerics._vector import Vec3, dot, lookup, where
 from ._hit import Hit
 from ._ray import NOTHING, Departure, Ray
-from .shapes._plane import Planes
-from .shapes._polygon import Polygons
-from .shapes._sphere import Spheres
+from ._surface import AbstractSurfaces
 
 UNROLLED = 8
 
 
 class Shapes(eqx.Module):
-    """The families of surfaces in a scene; a family that the scene does not use is None."""
+    """The families of surfaces in a scene."""
 
-    spheres: Spheres | None = None
-    planes: Planes | None = None
-    polygons: Polygons | None = None
+    families: tuple[AbstractSurfaces, ...]
+    object_of: Int[Array, "surfaces"] | None = None
+    """The object that each surface belongs to; None where each is an object of its own."""
 
-    def families(self) -> Iterator[tuple[int, int, Spheres | Planes | Polygons]]:
-        """(first index, count, family) for each family that is there."""
+    def numbered(self) -> Iterator[tuple[int, AbstractSurfaces]]:
+        """(number of its first surface, family) for each family."""
         first = 0
-        for family in (self.spheres, self.planes, self.polygons):
-            if family is not None:
-                count = jax.tree.leaves(family)[0].shape[0]
-                yield first, count, family
-                first += count
+        for family in self.families:
+            yield first, family
+            first += family.count
+
+    @property
+    def count(self) -> int:
+        return sum(family.count for family in self.families)
+
+    def part(self, flags, first: int, family: AbstractSurfaces):
+        """Of one value a surface, those of a family; None stays None."""
+        return None if flags is None else flags[first : first + family.count]
+
+    def object_at(self, primitive: Int[Array, "*n"]) -> Int[Array, "*n"]:
+        """The object of each surface; -1 for -1."""
+        if self.object_of is None:
+            return primitive
+        return jnp.where(primitive >= 0, lookup(self.object_of, jnp.maximum(primitive, 0)), NOTHING)
 
 
 def nearest(
     shapes: Shapes, ray: Ray, departure: Departure
-) -> tuple[Float[Array, "n"], Int[Array, "n"], Bool[Array, "n"]]:
-    """Distance (infinity on a miss), object (-1 on a miss) and side of the first surface ahead."""
-
-    def closer(best, index, shape):
-        distance, entering = shape.first_crossing(ray, departure.object == index, departure.inwards)
-        return where(distance < best[0], (distance, jnp.full_like(best[1], index), entering), best)
-
-    missed = jnp.full(ray.origin.shape, jnp.inf, ray.origin.dtype)
-    start = (missed, jnp.full(missed.shape, NOTHING, jnp.int32), jnp.zeros(missed.shape, bool))
-    return fold(shapes, closer, start)
+) -> tuple[Float[Array, "n"], Int[Array, "n"], Int[Array, "n"]]:
+    """Distance (infinity on a miss), number (-1 on a miss) and crossing of the first surface ahead."""
+    distance = jnp.full(ray.origin.shape, jnp.inf, ray.origin.dtype)
+    best = distance, jnp.full(distance.shape, NOTHING, jnp.int32), jnp.zeros(distance.shape, jnp.int8)
+    for first, family in shapes.numbered():
+        distance, member, crossing = family.nearest(ray, departure.counted_from(first))
+        best = where(distance < best[0], (distance, member + first, crossing), best)
+    return best
 
 
-def blocked(shapes: Shapes, ray: Ray, departure: Departure, limit, blocks: tuple[bool, ...]) -> Bool[Array, "n"]:
-    """Does a surface with `blocks[object]` lie on the ray nearer than `limit`?"""
-
-    def either(found, index, shape):
-        distance, _ = shape.first_crossing(ray, departure.object == index, departure.inwards)
-        return found | (distance < limit)
-
-    return fold(shapes, either, jnp.zeros(ray.origin.shape, bool), only=blocks)
-
-
-def crossing_count(shapes: Shapes, ray: Ray, departure: Departure, limit, counted: tuple[bool, ...]) -> Int[Array, "n"]:
-    """How many surfaces of the objects with `counted[object]` the ray crosses before `limit`."""
-
-    def count(total, index, shape):
-        crossings = shape.crossings(ray, departure.object == index, departure.inwards)
-        counts = ~departure.leaves_out(index)
-        return total + sum((counts & (distance < limit)).astype(jnp.int32) for distance in crossings)
-
-    return fold(shapes, count, jnp.zeros(ray.origin.shape, jnp.int32), only=counted)
+def blocked(
+    shapes: Shapes, ray: Ray, departure: Departure, limit, blocks: Bool[Array, "surfaces"] | None
+) -> Bool[Array, "n"]:
+    """Does a surface, of those with `blocks` where that is given, lie on the ray nearer than `limit`?"""
+    found = (
+        family.blocked(ray, departure.counted_from(first), limit, shapes.part(blocks, first, family))
+        for first, family in shapes.numbered()
+    )
+    return reduce(jnp.logical_or, found, jnp.zeros(ray.origin.shape, bool))
 
 
-def containing(shapes: Shapes, point: Vec3, solids: tuple[int, ...], but: Int[Array, "n"]) -> Int[Array, "n"]:
-    """The first of `solids` that holds the point, leaving out the one named in `but`; -1 if none does.
+def crossing_counts(
+    shapes: Shapes, ray: Ray, departure: Departure, limit, kinds: Int[Array, "surfaces"], count: int
+) -> tuple[Int[Array, "n"], ...]:
+    """How many surfaces of each kind 0, 1, ... `count` - 1 the ray crosses before `limit`; -1 is of no kind."""
+    totals = (jnp.zeros(ray.origin.shape, jnp.int32),) * count
+    for first, family in shapes.numbered():
+        found = family.crossing_counts(
+            ray, departure.counted_from(first), limit, shapes.part(kinds, first, family), count
+        )
+        totals = tuple(total + more for total, more in zip(totals, found, strict=True))
+    return totals
 
-    `solids` is in order of priority. With the smallest first this is the innermost of nested solids.
+
+def containing(
+    shapes: Shapes, point: Vec3, solids: Sequence[Int[Array, "some"]], rank: Int[Array, "objects"], but: Int[Array, "n"]
+) -> Int[Array, "n"]:
+    """The solid of the lowest rank that holds the point, leaving out the one named in `but`; -1 if none does.
+
+    `solids`: for each family the numbers of the solids to be asked, -1 in the room to spare. With the smallest first,
+    this is the innermost of nested solids.
     """
-    innermost = jnp.full(point.shape, NOTHING, jnp.int32)
-    for index in reversed(solids):
-        for first, count, family in shapes.families():
-            if first <= index < first + count:
-                shape = jax.tree.map(lambda a: a[index - first], family)  # noqa: B023
-                innermost = jnp.where(shape.contains(point) & (but != index), index, innermost)
-    return innermost
+    last = jnp.iinfo(jnp.int32).max
+    best = jnp.full(point.shape, last, jnp.int32), jnp.full(point.shape, NOTHING, jnp.int32)
+    for (first, family), numbers in zip(shapes.numbered(), solids, strict=True):
+
+        def ask(k, best, first=first, family=family, numbers=numbers):
+            number = numbers[k]
+            solid = jax.tree.map(lambda a: a[jnp.maximum(number - first, 0)], family)
+            inner = solid.contains(point) & (but != number) & (number >= 0) & (rank[number] < best[0])
+            return where(inner, (rank[number], number), best)
+
+        best = repeated(numbers.shape[0], ask, best)
+    return best[1]
 
 
-def surface_at(shapes: Shapes, ray: Ray, object: Int[Array, "n"], entering: Bool[Array, "n"]) -> Hit:
-    """The hit on a known object from a known side, differentiable in the ray and the shape.
+def surface_at(
+    shapes: Shapes,
+    ray: Ray,
+    primitive: Int[Array, "n"],
+    crossing: Int[Array, "n"],
+    entering: Bool[Array, "n"] | None = None,
+) -> Hit:
+    """The hit on a known surface at a known crossing, differentiable in the ray and the surface.
 
-    A miss (object -1) gets distance 0 and a zero normal, so that nothing infinite enters a derivative.
+    `entering`, where it is known, decides the side of the ray. A miss (-1) gets distance 0 and a zero normal, so that
+    nothing infinite enters a derivative.
     """
     distance = jnp.zeros(ray.origin.shape, ray.origin.dtype)
-    outward = Vec3(distance, distance, distance)
-    point = ray.origin
-    for first, count, family in shapes.families():
-        mine = (object >= first) & (object < first + count)
-        found = lookup(family.carrier(), jnp.where(mine, object - first, 0)).surface(ray, entering)
-        distance, outward, point = where(mine, found, (distance, outward, point))
-    normal = where(entering, outward, -outward)
-    return Hit(object, entering, point, normal, distance)
+    found = distance, Vec3(distance, distance, distance), ray.origin, jnp.zeros(distance.shape, bool)
+    for first, family in shapes.numbered():
+        mine = (primitive >= first) & (primitive < first + family.count)
+        member = lookup(family.carrier(), jnp.where(mine, primitive - first, 0))
+        found = where(mine, member.surface(ray, crossing), found)
+    distance, outward, point, enters = found
+    enters = enters if entering is None else entering
+    normal = where(enters, outward, -outward)
+    return Hit(primitive, shapes.object_at(primitive), crossing, enters, point, normal, normal, distance)
 
 
 def facing(hit: Hit, direction: Vec3) -> Float[Array, "n"]:
@@ -109,19 +136,10 @@ def facing(hit: Hit, direction: Vec3) -> Float[Array, "n"]:
     return -dot(hit.normal, direction)
 
 
-def fold(shapes: Shapes, step, carry, only: tuple[bool, ...] | None = None, unrolled: int = UNROLLED):
-    """Carry a result over all objects: unrolled for a few, as a compiled loop for many."""
-    for first, count, family in shapes.families():
-        wanted = [i for i in range(count) if only is None or only[first + i]]
-        if len(wanted) <= unrolled:
-            for i in wanted:
-                carry = step(carry, first + i, jax.tree.map(lambda a: a[i], family))  # noqa: B023
-        else:
-            members = jnp.asarray(wanted, jnp.int32)
-
-            def body(k, carry, first=first, family=family, members=members):
-                i = members[k]
-                return step(carry, first + i, jax.tree.map(lambda a: a[i], family))
-
-            carry = jax.lax.fori_loop(0, len(wanted), body, carry)
+def repeated(count: int, step, carry, unrolled: int = UNROLLED):
+    """`carry = step(k, carry)` for k = 0 .. count - 1: unrolled for a few, as a compiled loop for many."""
+    if count > unrolled:
+        return jax.lax.fori_loop(0, count, step, carry)
+    for k in range(count):
+        carry = step(k, carry)
     return carry

@@ -1,17 +1,12 @@
 """What a point sends back of the light that arrives there."""
 
-from ._phong import diffuse, halfway_apart, lit, lobe, lobe_mean, reflected_apart
-from ._visibility import before, sees_light, surfaces_crossed, tint
+from ._models import halfway_apart, reflected_apart
+from ._phong import diffuse, lit, lobe, lobe_mean
+from ._surface_point import SurfacePoint
+from ._terms import Terms, light_footprint, light_terms
+from ._visibility import before, count_bits, glass_crossed, sees_light, tint, whole_power
 
 __all__ = [
-    "before",
-    "diffuse",
-    "halfway_apart",
-    "lit",
-    "lobe",
-    "lobe_mean",
-    "reflected_apart",
-    "sees_light",
-    "surfaces_crossed",
-    "tint",
-]
+    "SurfacePoint", "Terms", "before", "count_bits", "diffuse", "glass_crossed", "halfway_apart", "light_footprint",
+    "light_terms", "lit", "lobe", "lobe_mean", "reflected_apart", "sees_light", "tint", "whole_power",
+]  # fmt: skip

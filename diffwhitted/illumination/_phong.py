@@ -3,9 +3,8 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..numerics._safe import normalise, power_of_cosine
+from ..numerics._safe import power_of_cosine
 from ..numerics._vector import Vec3, dot
-from ..optics import mirrored
 
 
 def diffuse(normal: Vec3, to_light: Vec3) -> Float[Array, "*n"]:
@@ -16,16 +15,6 @@ def diffuse(normal: Vec3, to_light: Vec3) -> Float[Array, "*n"]:
 def lit(normal: Vec3, to_light: Vec3) -> Float[Array, "*n"]:
     """1 where the light is before the surface, 0 where it is in its plane or behind: what a highlight is multiplied by."""
     return (dot(normal, to_light) > 0).astype(normal.dtype)
-
-
-def halfway_apart(normal: Vec3, to_light: Vec3, incoming: Vec3) -> Vec3:
-    """N - H with H the unit vector halfway between L and V = -u: where `lobe` gives (N.H)**n, the k_h term of Whitted (1)."""
-    return normal - normalise(to_light - incoming)
-
-
-def reflected_apart(normal: Vec3, to_light: Vec3, incoming: Vec3) -> Vec3:
-    """L - R' with R' the mirrored incoming ray: where `lobe` gives (V.R)**n, Hearn and Baker (14-6)."""
-    return to_light - mirrored(incoming, normal)
 
 
 def lobe(apart: Vec3, exponent: Float[Array, "*n"]) -> Float[Array, "*n"]:

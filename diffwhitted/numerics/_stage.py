@@ -29,6 +29,15 @@ def stage(needed: Bool[Array, ""], work: Callable, *operands):
     return jax.lax.cond(needed, traced_once, nothing, *operands)
 
 
+def always(a) -> Bool[Array, ""]:
+    """True, for NaN and every integer too, in a form that XLA does not see through.
+
+    A stage that is always needed has to ask for something: a condition known when the program is compiled is
+    folded away, and the boundary with it.
+    """
+    return ~((a[0] < 0) & (a[0] > 0))
+
+
 def packed(some: Bool[Array, "n"], work: Callable, rest, *operands):
     """`work(*operands)` for the rays with `some`, and `rest` for the others; work goes in packets of `PACKET` rays.
 
@@ -68,15 +77,15 @@ def running_count(counts: Float[Array, "n"]) -> tuple[Int[Array, "n"], Int[Array
 
 
 def empty_buffers(shapes, length: int):
-    """Arrays of zeros of this length, one for each array in `shapes`."""
-    return jax.tree.map(lambda s: jnp.zeros(length, s.dtype), shapes)
+    """Arrays of zeros whose last axis has this length, one for each array in `shapes`."""
+    return jax.tree.map(lambda s: jnp.zeros((*s.shape[:-1], length), s.dtype), shapes)
 
 
 def write_block(buffers, block, start: Int[Array, ""]):
     """The buffers with the block written from `start` on, in place where XLA may."""
-    return jax.tree.map(lambda all, new: jax.lax.dynamic_update_slice_in_dim(all, new, start, 0), buffers, block)
+    return jax.tree.map(lambda all, new: jax.lax.dynamic_update_slice_in_dim(all, new, start, -1), buffers, block)
 
 
 def read_block(buffers, start: Int[Array, ""], length: int):
     """The block of this length that begins at `start`."""
-    return jax.tree.map(lambda all: jax.lax.dynamic_slice_in_dim(all, start, length), buffers)
+    return jax.tree.map(lambda all: jax.lax.dynamic_slice_in_dim(all, start, length, -1), buffers)

@@ -16,8 +16,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._errors import SceneError
-from ..scene import Camera, Scene, depth_number, tabulate
-from ..tree import Plan, Samples, likely_room, make_plan, trace_beside_small
+from ..scene import Camera, Scene, Tables, depth_number
+from ..tree import Plan, Samples, likely_room, make_plan, tables_of, trace_beside_small
 from ._sample_lists import packed_pass, traced_list
 
 LEVELS = 3
@@ -87,7 +87,8 @@ def compile_antialias(
     """Compile the program of `antialias`, which is kept, without tracing a picture."""
     scene, camera, plan = _prepared(scene, camera, max_depth, cutoff)
     corner = np.zeros(1)
-    _pass.lower(scene, camera, plan, packed_pass(plan, corner, corner, 1.0, scene.dtype)).compile()
+    tables = tables_of(scene, plan)
+    _pass.lower(tables, camera, plan.program, packed_pass(plan, corner, corner, 1.0, scene.dtype)).compile()
 
 
 def _prepared(scene: Scene, camera: Camera, max_depth: int | None, cutoff: float | None) -> tuple[Scene, Camera, Plan]:
@@ -117,7 +118,7 @@ class _Tracer:
 
     def __init__(self, scene: Scene, camera: Camera, plan: Plan, finest: int):
         self.program, self.plan, self.finest, self.dtype = (
-            partial(_pass, scene, camera, plan),
+            partial(_pass, tables_of(scene, plan), camera, plan.program),
             plan,
             finest,
             scene.dtype,
@@ -183,8 +184,8 @@ class Squares:
 
 @eqx.filter_jit
 def _pass(
-    scene: Scene, camera: Camera, plan: Plan, samples: Samples
+    tables: Tables, camera: Camera, plan: Plan, samples: Samples
 ) -> tuple[Float[Array, "4 pixels"], Float[Array, ""]]:
     """One pass: colour, and how much light comes along rays that pass by something small; and the number of descendants."""
-    light, beside, descendants = trace_beside_small(tabulate(scene), camera, plan, samples)
+    light, beside, descendants = trace_beside_small(tables, camera, plan, samples)
     return jnp.concatenate([light.stacked(axis=0), beside.x[None]]), descendants

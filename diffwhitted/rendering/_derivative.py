@@ -17,7 +17,7 @@ from jaxtyping import Array, Float
 from .._errors import SceneError
 from ..image import gathered
 from ..numerics._workers import side_by_side
-from ..scene import Camera, Scene, depth_number, tabulate
+from ..scene import Camera, Scene, Tables, depth_number, marks_of, tabulate
 from ..tree import Plan, Samples, grid, likely_room, make_plan, record, replay, sample_places
 from ._sample_lists import film_of, traced_list
 
@@ -71,7 +71,9 @@ def derivative(
         scene, camera, free=free, max_depth=depth_number(max_depth), capacity=likely_room(camera), footprint=footprint
     )
     pixels, samples = camera.width * camera.height, _regular(plan, camera)
-    program = partial(_pass, scene, tangent, camera, plan)
+    marks = marks_of(scene, free)
+    tables, along = eqx.filter_jvp(lambda scene: tabulate(scene, marks), (scene,), (tangent,))
+    program = partial(_pass, tables, along, camera, plan.program)
     films, counts = zip(*side_by_side(lambda one: film_of(program, plan, one), samples), strict=True)
     films, rays = np.stack(films), sum(counts)
     per_pixel = max(footprint, 1) ** 2
@@ -111,11 +113,11 @@ def _largest(slope: np.ndarray) -> np.ndarray:
 
 
 @eqx.filter_jit
-def _pass(scene: Scene, tangent: Scene, camera: Camera, plan: Plan, samples: Samples):
+def _pass(tables: Tables, tangent: Tables, camera: Camera, plan: Plan, samples: Samples):
     """One pass: value and derivative (2, 3, pixels), and the number of descendants."""
-    tree = record(tabulate(scene), camera, plan, samples)
+    tree = record(tables, camera, plan, samples)
 
-    def film(scene):
-        return replay(tabulate(scene), camera, tree, plan, samples, forward=True).stacked(axis=0)
+    def film(tables):
+        return replay(tables, camera, tree, plan, samples, forward=True).stacked(axis=0)
 
-    return jnp.stack(eqx.filter_jvp(film, (scene,), (tangent,))), tree.descendants
+    return jnp.stack(eqx.filter_jvp(film, (tables,), (tangent,))), tree.descendants

@@ -8,43 +8,45 @@ from jaxtyping import Array, Float, Int
 
 from ..image import gathered
 from ..numerics._workers import side_by_side
-from ..scene import Camera, Scene, tabulate
-from ..tree import Beyond, Plan, Record, grid, record, replay, sample_places, trace
+from ..scene import Camera, Scene, Tables
+from ..tree import Beyond, Plan, Record, grid, record, replay, sample_places, tables_of, trace
 
 
 def trace_samples(
-    scene: Scene, camera: Camera, plan: Plan, number: Int[Array, ""], samples: int = 1, beyond: Beyond | None = None
+    tables: Tables, camera: Camera, plan: Plan, number: Int[Array, ""], samples: int = 1, beyond: Beyond | None = None
 ):
     """One pass of the picture, (3, plan.pass_pixels), and for each sample how many rays other than camera rays it takes.
 
     With `beyond` there are three more channels: the most light that the branches that were not followed could bring.
     """
-    tables = tabulate(scene)
 
     def one_sample(place):
         light, left, descendants = trace(tables, camera, plan, grid(plan, camera, number, place), beyond)
         film = light.stacked(axis=0)
         return (film if left is None else jnp.concatenate([film, left.stacked(axis=0)])), descendants
 
-    film, needed = jax.lax.map(one_sample, sample_places(plan.footprint or samples, scene.dtype))
+    film, needed = jax.lax.map(one_sample, sample_places(plan.footprint or samples, camera.look_from.dtype))
     return film.mean(axis=0), needed
 
 
 trace_pass = eqx.filter_jit(trace_samples)
+"""The same as one compiled program; its plan is without names (see `Plan.program`)."""
+
+
+def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
+    """The image (height, width, 3), differentiable, and the most rays other than camera rays that one pass needs."""
+    return _render_passes(tables_of(scene, plan), camera, plan.program, samples)
 
 
 @eqx.filter_jit
-def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
-    """The image (height, width, 3), differentiable, and the most rays other than camera rays that one pass needs."""
-    tables = tabulate(scene)
-
+def _render_passes(tables: Tables, camera: Camera, plan: Plan, samples: int):
     def one_sample(number, place):
         samples = grid(plan, camera, number, place)
         tree = record(tables, camera, plan, samples)
         return replay(tables, camera, tree, plan, samples).stacked(axis=0), tree.descendants
 
     def one_pass(number):
-        places = sample_places(plan.footprint or samples, scene.dtype)
+        places = sample_places(plan.footprint or samples, camera.look_from.dtype)
         film, needed = jax.lax.map(lambda place: one_sample(number, place), places)
         return film.mean(axis=0), needed.max()
 
@@ -54,16 +56,21 @@ def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
 
 def traced_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):
     """The image, side by side on all processors, and the rays other than camera rays of each pass and sample."""
+    return _traced_passes(tables_of(scene, plan), camera, plan.program, samples, beyond)
+
+
+def _traced_passes(tables: Tables, camera: Camera, plan: Plan, samples: int, beyond: Beyond | None):
     passes = side_by_side(
-        lambda number: trace_pass(scene, camera, plan, number, samples, beyond), list(_pass_numbers(plan))
+        lambda number: trace_pass(tables, camera, plan, number, samples, beyond), list(_pass_numbers(plan))
     )
     return _assembled(passes, camera)
 
 
 def traced_with_room(scene: Scene, camera: Camera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):
     """The same with as much room as the rays turn out to need."""
+    tables, plan = tables_of(scene, plan), plan.program
     while True:
-        image, descendants = traced_passes(scene, camera, plan, samples, beyond)
+        image, descendants = _traced_passes(tables, camera, plan, samples, beyond)
         needed = int(descendants.max())
         if needed <= plan.capacity:
             return image, descendants
@@ -76,10 +83,13 @@ def _assembled(passes, camera: Camera):
     return gathered(film, camera.height, camera.width), needed
 
 
-@eqx.filter_jit
 def record_passes(scene: Scene, camera: Camera, plan: Plan, place=None) -> Record:
     """The recorded trees of all passes, stacked."""
-    tables, place = tabulate(scene), _centre(scene) if place is None else place
+    return _record_passes(tables_of(scene, plan), camera, plan.program, _centre(scene) if place is None else place)
+
+
+@eqx.filter_jit
+def _record_passes(tables: Tables, camera: Camera, plan: Plan, place) -> Record:
     return jax.lax.map(
         lambda number: record(tables, camera, plan, grid(plan, camera, number, place)), _pass_numbers(plan)
     )
@@ -95,13 +105,16 @@ def recorded_with_room(scene: Scene, camera: Camera, plan: Plan) -> tuple[Plan, 
         plan = plan.with_capacity(2 * needed)
 
 
-@eqx.filter_jit
 def replay_passes(
     scene: Scene, camera: Camera, trees: Record, plan: Plan, place=None
 ) -> Float[Array, "height width 3"]:
     """The image of recorded trees, differentiable in `scene` and `camera`."""
-    tables, place = tabulate(scene), _centre(scene) if place is None else place
+    place = _centre(scene) if place is None else place
+    return _replay_passes(tables_of(scene, plan), camera, trees, plan.program, place)
 
+
+@eqx.filter_jit
+def _replay_passes(tables: Tables, camera: Camera, trees: Record, plan: Plan, place):
     def one_pass(inputs):
         number, tree = inputs
         return replay(tables, camera, tree, plan, grid(plan, camera, number, place)).stacked(axis=0)

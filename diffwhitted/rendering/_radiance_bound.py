@@ -10,12 +10,18 @@ the reflected side may pass on everything in place of k_s and k_t. From outside 
 not: a ray that was refracted into it meets its surface at the same angle from within.
 """
 
+from dataclasses import dataclass
+
 import jax.numpy as jnp
 import numpy as np
 
 from ..numerics._vector import vec3
-from ..scene import DEEPEST, Camera, Plane, Scene, Sphere, numbered_objects
-from ..tree import Beyond, Plan
+from ..scene import DEEPEST, Camera, Scene, numbered_objects
+from ..shapes import AbstractObject
+from ..tree import Beyond, Plan, effect_rows
+
+MOST_PAIRS = 2048
+"""Of more objects than that, it is not asked which pairs lie apart: any may meet any."""
 
 
 def most_beyond(scene: Scene, camera: Camera, plan: Plan) -> Beyond:
@@ -27,33 +33,45 @@ def most_beyond(scene: Scene, camera: Camera, plan: Plan) -> Beyond:
 def radiance_bounds(scene: Scene, camera: Camera, plan: Plan) -> np.ndarray:
     """Most radiance that comes along a ray that leaves each object, outwards and inwards: (2, objects, 3), linear RGB.
 
-    Of trees of up to `DEEPEST` levels.
+    Of trees of up to `DEEPEST` levels. Infinite where a kind of light, texture, background or effect states no bound.
     """
     objects = numbered_objects(scene)
+    if any(row.weighs is not None and row.name in plan.effects for row in effect_rows()):
+        return np.full((2, len(objects), 3), np.inf)
     background = np.asarray(scene.background.brightest())
-    local, k_s, k_t = (np.stack(rows) for rows in zip(*(_material(scene, o) for o in objects), strict=True))
-    within = np.stack([_local_inside(scene, o, row) for o, row in zip(objects, local, strict=True)])
-    near = np.asarray([[i == j or not _apart(a, b) for j, b in enumerate(objects)] for i, a in enumerate(objects)])
-    solid = np.asarray([isinstance(o, Sphere) for o in objects])
-    others = ~np.eye(len(objects), dtype=bool)
-    total = np.asarray(
-        [
-            plan.effects.total_internal_reflection
-            and plan.total_reflection_is_full
-            and bool(t.any())
-            and not (s and (n & o).sum() == 0 and not _holds(thing, camera))
-            for thing, t, s, n, o in zip(objects, k_t, solid, near, others, strict=True)
-        ]
-    )[:, None]
-    out = into = np.zeros_like(local)
-    for _ in range(DEEPEST):
-        from_outside = local + np.maximum(k_s * out + k_t * into, total * out)
-        from_inside = within + np.maximum(k_s * into + k_t * out, total * into)
-        either = np.maximum(from_outside, from_inside)
-        met = np.where((near | ~solid[None])[..., None], either[None], from_outside[None])
-        outwards = np.maximum(background, _most(met, others))
-        out, into = outwards, np.where(solid[:, None], np.maximum(from_inside, _most(met, others & near)), outwards)
+    # Bound what each object sends back itself, seen from outside and from within, and what its branches pass on.
+    bodies = _Bodies.of(objects)
+    by_material = {name: _Material.of(scene, name, plan) for name in {thing.material for thing in objects}}
+    made_of = [by_material[thing.material] for thing in objects]
+    local, ambient, k_s, k_t = (
+        np.stack([getattr(m, field) for m in made_of]) for field in ("local", "ambient", "k_s", "k_t")
+    )
+    dark = bodies.convex & (scene.shadows == "opaque")
+    for light in scene.lights:
+        dark = dark & bodies.outside_of(light)
+    within = np.where(dark[:, None], ambient, local)
+    # Find what a ray may meet next, and where total internal reflection is possible.
+    near, others = bodies.near(), ~np.eye(len(objects), dtype=bool)
+    alone = bodies.round & ~(near & others).any(axis=1) & ~bodies.holding(np.asarray(camera.look_from, np.float64))
+    everything = plan.effects.total_internal_reflection and plan.total_reflection_is_full
+    total = (everything & k_t.any(axis=1) & ~alone)[:, None]
+    # Let the bounds grow level by level.
+    solid, out, into = bodies.convex, np.zeros_like(local), np.zeros_like(local)
+    with np.errstate(invalid="ignore"):
+        for _ in range(DEEPEST):
+            from_outside = local + np.maximum(_passed(k_s, out) + _passed(k_t, into), _passed(total, out))
+            from_inside = within + np.maximum(_passed(k_s, into) + _passed(k_t, out), _passed(total, into))
+            either = np.maximum(from_outside, from_inside)
+            met = np.where((near | ~solid[None])[..., None], either[None], from_outside[None])
+            outwards = np.maximum(background, _most(met, others))
+            inside = np.maximum(from_inside, _most(met, others & near))
+            out, into = outwards, np.where(solid[:, None], inside, outwards)
     return np.stack([out, into])
+
+
+def _passed(weight: np.ndarray, light: np.ndarray) -> np.ndarray:
+    """What a branch brings at most; nothing where it weighs nothing, be the light infinite."""
+    return np.where(weight > 0, weight * light, 0.0)
 
 
 def _most(met: np.ndarray, possible: np.ndarray) -> np.ndarray:
@@ -61,48 +79,89 @@ def _most(met: np.ndarray, possible: np.ndarray) -> np.ndarray:
     return np.where(possible[..., None], met, 0).max(axis=1, initial=0)
 
 
-def _material(scene: Scene, thing) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The most light of its own, k_s and k_t of an object, (3,) each."""
-    m = scene.materials[thing.material]
-    k_a, k_d, k_s, k_t = (np.broadcast_to(np.asarray(k, np.float64), 3) for k in (m.k_a, m.k_d, m.k_s, m.k_t))
-    k_h = 0.0 if m.highlight == "off" else np.broadcast_to(np.asarray(m.highlight_coefficient(), np.float64), 3)
-    on_k_a, on_k_d = (1.0 if t is None else scene.textures[t].brightest() for t in (m.k_a_texture, m.k_d_texture))
-    lamps = sum((np.asarray(light.colour, np.float64) for light in scene.lights), np.zeros(3))
-    return k_a * on_k_a * np.asarray(scene.ambient, np.float64) + (k_d * on_k_d + k_h) * lamps, k_s, k_t
+@dataclass(frozen=True)
+class _Material:
+    """The most of what a material does, (3,) each."""
+
+    local: np.ndarray
+    """Light of its own: ambient light, lamps, and what effects add."""
+    ambient: np.ndarray
+    """The same without lamps."""
+    k_s: np.ndarray
+    k_t: np.ndarray
+
+    @classmethod
+    def of(cls, scene: Scene, name: str, plan: Plan) -> "_Material":
+        m = scene.materials[name]
+        textures = dict(m.textures)
+
+        def most(coefficient: str) -> np.ndarray:
+            value = np.broadcast_to(np.asarray(m.at_work(coefficient), np.float64), 3)
+            pattern = scene.textures[textures[coefficient]].brightest() if coefficient in textures else 1.0
+            return _passed(value, pattern)
+
+        added = [
+            np.full(3, np.inf) if row.brightest is None else row.brightest(scene, name)
+            for row in effect_rows()
+            if row.adds is not None and row.name in plan.effects
+        ]
+        lamps = sum((light.brightest() for light in scene.lights), np.zeros(3))
+        ambient = _passed(most("k_a"), np.asarray(scene.ambient, np.float64)) + sum(added, np.zeros(3))
+        back = most("k_d") + (0.0 if m.highlight == "off" else most("k_h"))
+        return cls(ambient + _passed(back, lamps), ambient, most("k_s"), most("k_t"))
 
 
-def _local_inside(scene: Scene, thing, local: np.ndarray) -> np.ndarray:
-    """The same on the inside: the object's own surface hides all lamps outside it where shadows are opaque."""
-    if (
-        scene.shadows != "opaque"
-        or not isinstance(thing, Sphere)
-        or any(_holds(thing, light) for light in scene.lights)
-    ):
-        return local
-    m = scene.materials[thing.material]
-    pattern = 1.0 if m.k_a_texture is None else scene.textures[m.k_a_texture].brightest()
-    return np.broadcast_to(np.asarray(m.k_a, np.float64), 3) * pattern * np.asarray(scene.ambient, np.float64)
+@dataclass(frozen=True)
+class _Bodies:
+    """Where objects are, as far as their bounding spheres tell."""
 
+    objects: tuple[AbstractObject, ...]
+    middle: np.ndarray
+    """(objects, 3)."""
+    radius: np.ndarray
+    """Of the bounding spheres; infinite for what has no end."""
+    convex: np.ndarray
+    """Convex bodies with an end: a ray within meets only what touches them."""
+    round: np.ndarray
+    """Their bounding spheres themselves."""
+    planes: tuple[int, ...]
+    """Those that are half spaces."""
 
-def _holds(sphere: Sphere, thing) -> bool:
-    """Is a camera or a lamp inside the sphere, or on it?"""
-    place = getattr(thing, "look_from", None) if hasattr(thing, "look_from") else getattr(thing, "position", None)
-    return place is not None and bool(
-        np.linalg.norm(np.asarray(place, np.float64) - _centre(sphere)) <= float(sphere.radius)
-    )
+    @classmethod
+    def of(cls, objects: tuple[AbstractObject, ...]) -> "_Bodies":
+        balls = [thing.ball() for thing in objects]
+        radius = np.asarray([r for _, r in balls])
+        solid = np.asarray([kind.CONVEX and kind.FAMILY.SOLID for kind in map(type, objects)], bool)
+        return cls(
+            objects,
+            np.stack([m for m, _ in balls]) if balls else np.zeros((0, 3)),
+            radius,
+            solid & np.isfinite(radius),
+            np.asarray([kind.ROUND for kind in map(type, objects)], bool),
+            tuple(k for k, thing in enumerate(objects) if thing.half_space() is not None),
+        )
 
+    def holding(self, place: np.ndarray) -> np.ndarray:
+        """May a point lie inside each body, or on it?"""
+        return ~(np.linalg.norm(self.middle - place, axis=1) > self.radius)
 
-def _apart(a, b) -> bool:
-    """Is it certain that no part of either lies inside the other?"""
-    if isinstance(a, Sphere) and isinstance(b, Sphere):
-        return bool(np.linalg.norm(_centre(a) - _centre(b)) >= float(a.radius) + float(b.radius))
-    plane, sphere = (a, b) if isinstance(a, Plane) else (b, a)
-    if isinstance(plane, Plane) and isinstance(sphere, Sphere):
-        normal = np.asarray(plane.normal, np.float64)
-        size = np.linalg.norm(normal)
-        return bool(normal @ _centre(sphere) / size - float(plane.offset) / size >= float(sphere.radius))
-    return False
+    def outside_of(self, light) -> np.ndarray:
+        """Is it certain that a light stands outside of each body?"""
+        if light.outside:
+            return np.ones(len(self.objects), bool)
+        place = light.place()
+        return np.zeros(len(self.objects), bool) if place is None else ~self.holding(place)
 
-
-def _centre(sphere: Sphere) -> np.ndarray:
-    return np.asarray(sphere.centre, np.float64)
+    def near(self) -> np.ndarray:
+        """May part of one of two objects lie inside the other?"""
+        count = len(self.objects)
+        if count > MOST_PAIRS:
+            return np.ones((count, count), bool)
+        known = self.convex[:, None] & self.convex[None]
+        apart = np.linalg.norm(self.middle[:, None] - self.middle[None], axis=-1)
+        near = ~(known & (apart >= self.radius[:, None] + self.radius[None]))
+        for k in self.planes:
+            normal, offset = self.objects[k].half_space()
+            beyond = self.convex & (self.middle @ normal - offset >= self.radius)
+            near[k, beyond] = near[beyond, k] = False
+        return near

@@ -1,55 +1,23 @@
 """What is there: inert records of objects, materials, lights and cameras."""
 
-from ._background import Background, ConstantBackground, GradientBackground
+from ..records import DEEPEST, Row, depth_number, is_traced, nearest_name, shortest, whole_number
+from ..shapes import OBJECTS, AbstractObject, Plane, Polygon, Sphere
 from ._camera import Camera
-from ._checks import DEEPEST, depth_number, is_traced, nearest_name, shortest, whole_number
-from ._coefficients import BY_NAME, COEFFICIENTS, Coefficient
-from ._lights import DirectionalLight, Light, PointLight
-from ._material import HighlightModel, Material
+from ._coefficients import BY_NAME, COEFFICIENTS, coefficients, including_coefficient
+from ._material import HIGHLIGHTS, HighlightModel, Material, textured_rows
 from ._names import coefficient_value, replace_coefficient, split_name
-from ._objects import Object, Plane, Polygon, Sphere
 from ._scene import Precision, Scene, ShadowModel, TotalReflection, check_footprint, float_dtype
-from ._tables import MaterialTable, Tables, material_names, numbered_objects, tabulate, texture_names
-from ._textures import Checker, Texture
+from ._tables import Marks, Tables, marks_of, material_names, numbered_objects, tabulate, texture_names
+from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground, GradientBackground
+from .lights import LIGHTS, AbstractLight, DirectionalLight, PointLight
+from .textures import TEXTURES, AbstractTexture, Checker
 
 __all__ = [
-    "BY_NAME",
-    "COEFFICIENTS",
-    "DEEPEST",
-    "Background",
-    "Camera",
-    "Checker",
-    "Coefficient",
-    "ConstantBackground",
-    "DirectionalLight",
-    "GradientBackground",
-    "HighlightModel",
-    "Light",
-    "Material",
-    "MaterialTable",
-    "Object",
-    "Plane",
-    "PointLight",
-    "Polygon",
-    "Precision",
-    "Scene",
-    "ShadowModel",
-    "Sphere",
-    "Tables",
-    "Texture",
-    "TotalReflection",
-    "check_footprint",
-    "coefficient_value",
-    "depth_number",
-    "is_traced",
-    "float_dtype",
-    "material_names",
-    "nearest_name",
-    "numbered_objects",
-    "replace_coefficient",
-    "shortest",
-    "split_name",
-    "tabulate",
-    "texture_names",
-    "whole_number",
-]
+    "BACKGROUNDS", "BY_NAME", "COEFFICIENTS", "DEEPEST", "HIGHLIGHTS", "LIGHTS", "OBJECTS", "TEXTURES",
+    "AbstractBackground", "AbstractLight", "AbstractObject", "AbstractTexture", "Camera", "Checker",
+    "ConstantBackground", "DirectionalLight", "GradientBackground", "HighlightModel", "Marks", "Material", "Plane",
+    "PointLight", "Polygon", "Precision", "Row", "Scene", "ShadowModel", "Sphere", "Tables", "TotalReflection",
+    "check_footprint", "coefficient_value", "coefficients", "depth_number", "float_dtype", "including_coefficient",
+    "is_traced", "marks_of", "material_names", "nearest_name", "numbered_objects", "replace_coefficient", "shortest",
+    "split_name", "tabulate", "texture_names", "textured_rows", "whole_number",
+]  # fmt: skip

@@ -1,5 +1,7 @@
 """The pinhole camera."""
 
+from typing import ClassVar
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -10,7 +12,7 @@ from .._errors import SceneError
 from ..geometry import NOTHING, Footprint, Ray
 from ..numerics._safe import normalise, rescaled
 from ..numerics._vector import cross, vec3
-from ._checks import is_traced, number_array, require
+from ..records import Row, is_traced, read_rows
 
 LARGEST_SIDE = 32768
 """Pixels; a picture of this width and height still numbers its pixels in 32 bits."""
@@ -23,6 +25,16 @@ class Camera(eqx.Module):
     Raises `SceneError` for a degenerate camera: look_at at look_from, or `up` along the line of sight.
     """
 
+    ROWS: ClassVar[tuple[Row, ...]] = (
+        Row("look_from", "vector", "Position of the pinhole, metres.", unit="m", scale="unbounded", moves="rays"),
+        Row("look_at", "vector", "A point in the middle of the picture, metres.", unit="m", scale="unbounded",
+            moves="rays"),
+        Row("up", "direction", "Direction that is up in the picture.", default=(0.0, 1.0, 0.0), scale="unbounded",
+            moves="rays"),
+        Row("vfov_deg", "number", "Full vertical angle of view, degrees.", unit="deg", lowest=0, highest=180,
+            excluded=True, moves="rays"),
+    )  # fmt: skip
+
     look_from: Float[Array, "3"]
     look_at: Float[Array, "3"]
     up: Float[Array, "3"]
@@ -33,11 +45,7 @@ class Camera(eqx.Module):
     def __init__(
         self, look_from, look_at, vfov_deg, width: int, height: int, up=(0.0, 1.0, 0.0), place: str = "camera"
     ):
-        self.look_from = number_array(look_from, place, "look_from", ((3,),))
-        self.look_at = number_array(look_at, place, "look_at", ((3,),))
-        self.up = number_array(up, place, "up", ((3,),))
-        self.vfov_deg = number_array(vfov_deg, place, "vfov_deg", ((),))
-        require(lambda a: 0 < a < 180, place, "vfov_deg", self.vfov_deg, "between 0 and 180, both excluded")
+        read_rows(self, place, look_from=look_from, look_at=look_at, up=up, vfov_deg=vfov_deg)
         self.width, self.height = _size(width, place, "width"), _size(height, place, "height")
         if not any(map(is_traced, (self.look_from, self.look_at, self.up))):
             self._check_frame(place)

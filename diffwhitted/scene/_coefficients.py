@@ -1,127 +1,65 @@
 """The one table of material coefficients.
 
 Bounds of a fit, free names, report columns, file formats and gradient tests are all read from this
-table: a new coefficient is one row here and one field of `Material`.
+table: a new coefficient is one row here, and its work is that of an effect (see `tree/_effects`).
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from math import inf
-from typing import Literal
+
+from ..records import Row
+
+COEFFICIENTS: tuple[Row, ...] = (
+    Row("k_a", "number or colour", "ambient reflectance", symbol="k_a", default=0.0, lowest=0.0, highest=inf,
+        fit_bounds=(0.0, 1.0), source="Hearn and Baker (14-4)"),
+    Row("k_d", "number or colour", "diffuse reflectance", symbol="k_d", default=0.0, lowest=0.0, highest=inf,
+        fit_bounds=(0.0, 1.0), source="Whitted (1)"),
+    Row("k_h", "number or colour", "highlight coefficient (k_s where it is not given)", symbol="k_h", default=None,
+        lowest=0.0, highest=inf, fit_bounds=(0.0, 1.0), source="Parker et al. (1)"),
+    Row("k_s", "number or colour", "share of light that arrives along the mirror ray", symbol="k_s", default=0.0,
+        lowest=0.0, highest=inf, fit_bounds=(0.0, 1.0), source="Whitted (2)"),
+    Row("k_t", "number or colour", "share of light that arrives along the transmitted ray", symbol="k_t", default=0.0,
+        lowest=0.0, highest=inf, fit_bounds=(0.0, 1.0), source="Whitted (2)"),
+    Row("phong_exponent", "number", "exponent of the highlight", symbol="n", default=50.0, lowest=0.0, highest=inf,
+        fit_bounds=(1.0, 1000.0), scale="log", source="Whitted (1)"),
+    Row("refractive_index", "number", "index of the inside against vacuum", symbol="η", default=1.0, lowest=1.0,
+        highest=1000.0, fit_bounds=(1.001, 4.0), scale="log-excess", moves="rays", source="Hearn and Baker (14-50)"),
+)  # fmt: skip
+"""The coefficients that the package has."""
+
+_added: list[Row] = []
 
 
-@dataclass(frozen=True)
-class Coefficient:
-    """One coefficient of a material."""
-
-    name: str
-    symbol: str
-    unit: str
-    coloured: bool
-    """May be linear RGB (one value a channel); otherwise one number."""
-    lowest: float
-    """Smallest value a scene may have (inclusive)."""
-    highest: float
-    """Largest value a scene may have (inclusive)."""
-    default: float | None
-    """Value where a material does not state it; None: the value of k_s."""
-    fit_bounds: tuple[float, float]
-    """Interval in which a fit looks for it unless told otherwise."""
-    scale: Literal["interval", "log", "log-excess"]
-    """In what the unknown of a fit is linear between its bounds: value, log(value) or log(value - 1)."""
-    moves_rays: bool
-    """A change of it changes which way rays go."""
-    meaning: str
-    source: str
+def coefficients() -> tuple[Row, ...]:
+    """All coefficients: those of the package and those that were added."""
+    return (*COEFFICIENTS, *_added)
 
 
-COEFFICIENTS: tuple[Coefficient, ...] = (
-    Coefficient(
-        "k_a",
-        "k_a",
-        "1",
-        True,
-        0.0,
-        inf,
-        0.0,
-        (0.0, 1.0),
-        "interval",
-        False,
-        "ambient reflectance",
-        "Hearn and Baker (14-4)",
-    ),
-    Coefficient(
-        "k_d", "k_d", "1", True, 0.0, inf, 0.0, (0.0, 1.0), "interval", False, "diffuse reflectance", "Whitted (1)"
-    ),
-    Coefficient(
-        "k_h",
-        "k_h",
-        "1",
-        True,
-        0.0,
-        inf,
-        None,
-        (0.0, 1.0),
-        "interval",
-        False,
-        "highlight coefficient (k_s where it is not given)",
-        "Parker et al. (1)",
-    ),
-    Coefficient(
-        "k_s",
-        "k_s",
-        "1",
-        True,
-        0.0,
-        inf,
-        0.0,
-        (0.0, 1.0),
-        "interval",
-        False,
-        "share of light that arrives along the mirror ray",
-        "Whitted (2)",
-    ),
-    Coefficient(
-        "k_t",
-        "k_t",
-        "1",
-        True,
-        0.0,
-        inf,
-        0.0,
-        (0.0, 1.0),
-        "interval",
-        False,
-        "share of light that arrives along the transmitted ray",
-        "Whitted (2)",
-    ),
-    Coefficient(
-        "phong_exponent",
-        "n",
-        "1",
-        False,
-        0.0,
-        inf,
-        50.0,
-        (1.0, 1000.0),
-        "log",
-        False,
-        "exponent of the highlight",
-        "Whitted (1)",
-    ),
-    Coefficient(
-        "refractive_index",
-        "η",
-        "1",
-        False,
-        1.0,
-        1000.0,
-        1.0,
-        (1.001, 4.0),
-        "log-excess",
-        True,
-        "index of the inside against vacuum",
-        "Hearn and Baker (14-50)",
-    ),
-)
+@contextmanager
+def including_coefficient(row: Row) -> Iterator[Row]:
+    """The table with one row more, for the length of a `with` block."""
+    _added.append(row)
+    try:
+        yield row
+    finally:
+        _added.remove(row)
 
-BY_NAME: dict[str, Coefficient] = {row.name: row for row in COEFFICIENTS}
+
+class _ByName(Mapping[str, Row]):
+    """The table by name."""
+
+    def __getitem__(self, name: str) -> Row:
+        for row in coefficients():
+            if row.name == name:
+                return row
+        raise KeyError(name)
+
+    def __iter__(self):
+        return (row.name for row in coefficients())
+
+    def __len__(self) -> int:
+        return len(coefficients())
+
+
+BY_NAME: Mapping[str, Row] = _ByName()

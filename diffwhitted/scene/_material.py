@@ -1,64 +1,71 @@
 """What a surface is made of."""
 
-from math import isfinite
 from typing import Literal, get_args
 
 import equinox as eqx
 from jaxtyping import Array, Float
 
 from .._errors import SceneError
-from ._checks import number_array, require
-from ._coefficients import BY_NAME, COEFFICIENTS
+from ..records import number_array, require
+from ._coefficients import BY_NAME, coefficients
 
 HighlightModel = Literal["halfway", "reflected", "off"]
+HIGHLIGHTS: tuple[str, ...] = get_args(HighlightModel)
+TEXTURE = "_texture"
+"""COEFFICIENT_texture names the texture that multiplies a coefficient."""
 
 
 class Material(eqx.Module):
     """Coefficients of one material; each a number or, where the table allows it, linear RGB.
 
-    A k_h that is None follows k_s, also through a derivative. The table of units, bounds and sources is
+    Its coefficients are attributes (`material.k_d`), and so are the names of their textures (`material.k_d_texture`, None
+    without one). A k_h that is None follows k_s, also through a derivative. The table of units, bounds and sources is
     `diffwhitted.COEFFICIENTS`. Raises `SceneError` for a value outside its interval.
     """
 
-    k_a: Float[Array, ""] | Float[Array, "3"]
-    k_d: Float[Array, ""] | Float[Array, "3"]
-    k_h: Float[Array, ""] | Float[Array, "3"] | None
-    k_s: Float[Array, ""] | Float[Array, "3"]
-    k_t: Float[Array, ""] | Float[Array, "3"]
-    phong_exponent: Float[Array, ""]
-    refractive_index: Float[Array, ""]
+    values: dict[str, Float[Array, ""] | Float[Array, "3"] | None]
+    """By the names of the table."""
     highlight: HighlightModel = eqx.field(static=True)
-    k_a_texture: str | None = eqx.field(static=True)
-    k_d_texture: str | None = eqx.field(static=True)
+    textures: tuple[tuple[str, str], ...] = eqx.field(static=True)
+    """(coefficient, name of its texture), of those that have one."""
 
-    def __init__(
-        self,
-        *,
-        highlight: HighlightModel = "halfway",
-        k_a_texture: str | None = None,
-        k_d_texture: str | None = None,
-        place: str = "material",
-        **coefficients,
-    ):
-        unknown = set(coefficients) - set(BY_NAME)
+    def __init__(self, *, highlight: HighlightModel = "halfway", place: str = "material", **stated):
+        textures = {key: stated.pop(key) for key in list(stated) if key.endswith(TEXTURE) and key not in BY_NAME}
+        unknown = sorted({*stated} - {*BY_NAME}) + sorted({*textures} - {row.name + TEXTURE for row in textured_rows()})
         if unknown:
-            raise TypeError(f"{place}: unknown coefficient {sorted(unknown)[0]!r}; there are {', '.join(BY_NAME)}")
-        for row in COEFFICIENTS:
-            value = coefficients.get(row.name, row.default)
-            setattr(self, row.name, None if value is None else checked(row.name, value, place))
-        if highlight not in get_args(HighlightModel):
-            raise SceneError(f"{place}: highlight = {highlight!r}; allowed is {', '.join(get_args(HighlightModel))}")
-        self.highlight, self.k_a_texture, self.k_d_texture = highlight, k_a_texture, k_d_texture
+            raise TypeError(f"{place}: unknown coefficient {unknown[0]!r}; there are {', '.join(BY_NAME)}")
+        values = {row.name: stated.get(row.name, row.default) for row in coefficients()}
+        self.values = {name: None if value is None else checked(name, value, place) for name, value in values.items()}
+        if highlight not in HIGHLIGHTS:
+            raise SceneError(f"{place}: highlight = {highlight!r}; allowed is {', '.join(HIGHLIGHTS)}")
+        self.highlight = highlight
+        self.textures = tuple((key.removesuffix(TEXTURE), name) for key, name in textures.items() if name is not None)
+
+    def __getattr__(self, name: str):
+        values = object.__getattribute__(self, "__dict__").get("values", {})
+        if name in values:
+            return values[name]
+        if name.endswith(TEXTURE) and name.removesuffix(TEXTURE) in values:
+            return dict(self.textures).get(name.removesuffix(TEXTURE))
+        raise AttributeError(f"a material has no {name!r}; there are {', '.join(values)}")
 
     def highlight_coefficient(self):
         """k_h, or k_s where k_h is not given (Parker et al., after equation 1)."""
-        return self.k_s if self.k_h is None else self.k_h
+        return self.values["k_s"] if self.values["k_h"] is None else self.values["k_h"]
+
+    def at_work(self, name: str):
+        """The value of a coefficient as light sees it: an absent k_h is k_s."""
+        return self.highlight_coefficient() if name == "k_h" else self.values[name]
+
+
+def textured_rows():
+    """The coefficients that may have a texture: all that do not move rays."""
+    return tuple(row for row in coefficients() if row.coloured)
 
 
 def checked(name: str, value, place: str):
     """The value of a coefficient as an array, or `SceneError` naming the place and the interval."""
     row = BY_NAME[name]
     array = number_array(value, place, name, ((), (3,)) if row.coloured else ((),))
-    allowed = f">= {row.lowest:g}" + (f" and <= {row.highest:g}" if isfinite(row.highest) else "")
-    require(lambda v: ((v >= row.lowest) & (v <= row.highest)).all(), place, name, array, allowed)
+    require(row.holds, place, name, array, row.allowed())
     return array

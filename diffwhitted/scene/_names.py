@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from .._errors import SceneError
-from ._checks import nearest_name
+from ..records import nearest_name
 from ._coefficients import BY_NAME
 from ._material import checked
 from ._scene import Scene
@@ -34,8 +34,7 @@ def split_name(scene: Scene, name: str) -> tuple[str, str]:
 def coefficient_value(scene: Scene, name: str):
     """The value of a coefficient: shape () or, for linear RGB, (3,). An absent k_h reads as k_s."""
     material, coefficient = split_name(scene, name)
-    record = scene.materials[material]
-    return record.highlight_coefficient() if coefficient == "k_h" else getattr(record, coefficient)
+    return scene.materials[material].at_work(coefficient)
 
 
 def replace_coefficient(scene: Scene, name: str, value) -> Scene:
@@ -50,4 +49,4 @@ def replace_coefficient(scene: Scene, name: str, value) -> Scene:
     """
     material, coefficient = split_name(scene, name)
     array = jnp.asarray(checked(coefficient, value, f"material {material!r}"), scene.dtype)
-    return eqx.tree_at(lambda s: getattr(s.materials[material], coefficient), scene, array, is_leaf=lambda x: x is None)
+    return eqx.tree_at(lambda s: s.materials[material].values[coefficient], scene, array, is_leaf=lambda x: x is None)

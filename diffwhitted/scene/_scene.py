@@ -1,6 +1,6 @@
 """The scene: everything that is there, and how light is to be treated."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal, get_args
 
 import equinox as eqx
@@ -9,13 +9,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from .._errors import SceneError
-from ._background import Background, ConstantBackground
+from ..records import changed, nearest_name, number_array, require
+from ..shapes import OBJECTS, AbstractObject
 from ._camera import Camera
-from ._checks import nearest_name, number_array, require
-from ._lights import Light
 from ._material import Material
-from ._objects import Object
-from ._textures import Texture
+from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground
+from .lights import LIGHTS, AbstractLight
+from .textures import TEXTURES, AbstractTexture
 
 ShadowModel = Literal["opaque", "tinted", "off"]
 TotalReflection = Literal["full", "whitted"]
@@ -33,12 +33,12 @@ class Scene(eqx.Module):
     that would carry less than `cutoff` in all channels is not followed; 0 follows every branch.
     """
 
-    objects: tuple[Object, ...]
+    objects: tuple[AbstractObject, ...]
     materials: dict[str, Material]
-    lights: tuple[Light, ...]
+    lights: tuple[AbstractLight, ...]
     cameras: dict[str, Camera]
-    textures: dict[str, Texture]
-    background: Background
+    textures: dict[str, AbstractTexture]
+    background: AbstractBackground
     ambient: Float[Array, "3"]
     cutoff: Float[Array, ""]
     max_depth: int = eqx.field(static=True)
@@ -49,12 +49,12 @@ class Scene(eqx.Module):
     def __init__(
         self,
         *,
-        objects: Sequence[Object],
+        objects: Sequence[AbstractObject],
         materials: Mapping[str, Material],
-        lights: Sequence[Light] = (),
+        lights: Sequence[AbstractLight] = (),
         cameras: Mapping[str, Camera] | None = None,
-        textures: Mapping[str, Texture] | None = None,
-        background: Background | None = None,
+        textures: Mapping[str, AbstractTexture] | None = None,
+        background: AbstractBackground | None = None,
         ambient=(1.0, 1.0, 1.0),
         max_depth: int = 5,
         total_internal_reflection: TotalReflection = "full",
@@ -66,9 +66,9 @@ class Scene(eqx.Module):
         dtype = float_dtype(precision)
 
         def cast(record):
-            return jax.tree.map(lambda a: a.astype(dtype), record)
+            return jax.tree.map(lambda a: a if a.dtype == dtype else a.astype(dtype), record)
 
-        self.objects, self.lights = tuple(map(cast, objects)), tuple(map(cast, lights))
+        self.objects, self.lights = tuple(map(cast, objects)), _named(map(cast, lights))
         self.materials, self.cameras, self.textures = (
             {name: cast(record) for name, record in (records or {}).items()}
             for records in (materials, cameras, textures)
@@ -107,6 +107,15 @@ class Scene(eqx.Module):
                 raise SceneError(f"scene: {field} = {getattr(self, field)!r}; allowed is {', '.join(get_args(kind))}")
 
     def _check_references(self):
+        for registry, things in (
+            (OBJECTS, self.objects),
+            (LIGHTS, self.lights),
+            (TEXTURES, self.textures.values()),
+            (BACKGROUNDS, (self.background,)),
+        ):
+            for thing in things:
+                registry.check(thing, "scene")
+        _no_twins("light", [light.name for light in self.lights])
         seen = set()
         for thing in self.objects:
             if thing.name in seen:
@@ -114,9 +123,22 @@ class Scene(eqx.Module):
             seen.add(thing.name)
             _known(thing.material, self.materials, f"object {thing.name!r}: material")
         for name, material in self.materials.items():
-            for field in ("k_a_texture", "k_d_texture"):
-                if getattr(material, field) is not None:
-                    _known(getattr(material, field), self.textures, f"material {name!r}: {field}")
+            for coefficient, texture in material.textures:
+                _known(texture, self.textures, f"material {name!r}: {coefficient}_texture")
+
+
+def _named(lights: Iterable[AbstractLight]) -> tuple[AbstractLight, ...]:
+    """The lights, those without a name called light_1, light_2, ... by their place."""
+    return tuple(
+        light if light.name is not None else changed(light, name=f"light_{number}")
+        for number, light in enumerate(lights, 1)
+    )
+
+
+def _no_twins(family: str, names: list[str]):
+    for name in names:
+        if names.count(name) > 1:
+            raise SceneError(f"{family} {name!r}: two of them have this name; give each its own")
 
 
 def _cutoff(value):

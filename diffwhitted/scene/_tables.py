@@ -1,53 +1,74 @@
 """A scene as stacked tables, the form in which the ray tree reads it.
 
-Names stay behind: from here on objects and materials are numbers. Objects are numbered family by
-family (see `geometry.Shapes`), materials and textures by name.
+Names stay behind: from here on objects, materials, lights and textures are numbers, and what is true of each of them is an
+array, so that pictures of other numbers, names or materials share a compiled program. Objects are numbered kind by kind in
+the order of the registry, materials and textures by name.
 """
+
+from collections.abc import Collection
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
 
-from ..geometry import Planes, Polygons, Shapes, Spheres
-from ..numerics._safe import length, normalise, rescaled, safe_divide
+from ..geometry import Shapes
 from ..numerics._vector import Vec3, vec3
-from ._background import Background
-from ._lights import Light
-from ._objects import Object, Plane, Polygon, Sphere
+from ..records import grouped, is_traced, stacked
+from ..shapes import OBJECTS, AbstractObject
+from ._coefficients import coefficients
+from ._material import HIGHLIGHTS, textured_rows
 from ._scene import Scene
-from ._textures import Texture
+from .backgrounds import AbstractBackground
+from .lights import AbstractLight
+from .textures import AbstractTexture
 
 
-class MaterialTable(eqx.Module):
-    """Coefficients as columns over the materials; colours as three columns."""
+class Marks(eqx.Module):
+    """What cannot be read off the values of a scene where they are traced."""
 
-    k_a: Vec3
-    k_d: Vec3
-    k_h: Vec3
-    k_s: Vec3
-    k_t: Vec3
-    phong_exponent: Float[Array, "m"]
-    refractive_index: Float[Array, "m"]
+    wanted: dict[str, Bool[Array, "materials"]]
+    """k_s and k_t: a derivative is wanted also where the coefficient is zero, so its rays are followed."""
+    glass: Int[Array, "glass"]
+    """The materials that may let light through, -1 in the room to spare."""
+    solids: tuple[Int[Array, "some"], ...]
+    """For each family of shapes, the objects that may be transparent solids, -1 in the room to spare."""
 
 
 class Tables(eqx.Module):
     """What the ray tree reads: shapes, coefficients, lights, and who is made of what."""
 
     shapes: Shapes
-    materials: MaterialTable
+    coefficients: dict[str, Vec3 | Float[Array, "materials"]]
+    """By name, columns over the materials; those that may be a colour as three columns."""
     material_of: Int[Array, "objects"]
-    lights: tuple[Light, ...]
-    textures: tuple[Texture, ...]
-    background: Background
+    highlight: Int[Array, "materials"]
+    """The number of the model of each material, in the order of `HighlightModel`."""
+    texture_of: dict[str, Int[Array, "materials"]]
+    """For each coefficient that has a texture somewhere: the number of the texture, -1 for none."""
+    textures: tuple[AbstractTexture, ...]
+    """Stacked, those of one structure in one record, numbered through."""
+    lights: tuple[AbstractLight, ...]
+    """In the same way."""
+    background: AbstractBackground
     ambient: Vec3
     cutoff: Float[Array, ""]
+    mirrors: Bool[Array, "materials"]
+    """Does the material send mirror rays?"""
+    transparent: Bool[Array, "materials"]
+    """Does it let light through?"""
+    glass_of: Int[Array, "objects"]
+    """The place of each object's material in `marks.glass`, -1 for none."""
+    rank: Int[Array, "objects"]
+    """The order of the objects by their size, smallest first: where solids overlap, the first one counts."""
+    marks: Marks
     max_depth: Int[Array, ""] | None = None
     """In place of the plan's, which it does not exceed: a value, so that pictures of every depth share a program."""
 
 
-def numbered_objects(scene: Scene) -> tuple[Object, ...]:
+def numbered_objects(scene: Scene) -> tuple[AbstractObject, ...]:
     """The objects in the order of their numbers in the ray tree."""
-    return tuple(o for kind in (Sphere, Plane, Polygon) for o in scene.objects if isinstance(o, kind))
+    return tuple(thing for kind in OBJECTS for thing in scene.objects if type(thing) is kind)
 
 
 def material_names(scene: Scene) -> list[str]:
@@ -56,69 +77,113 @@ def material_names(scene: Scene) -> list[str]:
 
 
 def texture_names(scene: Scene) -> list[str]:
-    """The textures in the order of their numbers."""
+    """The textures in the order of their numbers within the scene."""
     return sorted(scene.textures)
 
 
-def tabulate(scene: Scene) -> Tables:
-    """Stack the records of a scene; differentiable."""
-    objects = numbered_objects(scene)
-    names = material_names(scene)
-    shapes = Shapes(
-        spheres=_spheres([o for o in objects if isinstance(o, Sphere)]),
-        planes=_planes([o for o in objects if isinstance(o, Plane)]),
-        polygons=_polygons([o for o in objects if isinstance(o, Polygon)]),
-    )
-    material_of = jnp.asarray([names.index(o.material) for o in objects], jnp.int32)
+def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
+    """Stack the records of a scene; differentiable.
+
+    `marks`: those of `marks_of` (by default, of this very scene), for a scene whose values are traced but were known.
+    """
+    marks = marks_of(scene) if marks is None else marks
+    objects, names = numbered_objects(scene), material_names(scene)
+    materials = [scene.materials[name] for name in names]
+    # Stack the coefficients, and find which texture multiplies which of them.
+    columns = {row.name: [m.at_work(row.name) for m in materials] for row in coefficients()}
+    table = {row.name: _column(columns[row.name], row.coloured) for row in coefficients()}
+    textures, texture_number = grouped([scene.textures[name] for name in texture_names(scene)])
+    number_of = dict(zip(texture_names(scene), texture_number.tolist(), strict=True))
+    texture_of = {}
+    for row in textured_rows():
+        worn = [dict(m.textures).get(row.name) for m in materials]
+        if any(worn):
+            texture_of[row.name] = jnp.asarray([-1 if w is None else number_of[w] for w in worn], jnp.int32)
+    # Number the materials, and order the objects by size.
+    index_of = {name: number for number, name in enumerate(names)}
+    material_of = np.asarray([index_of[thing.material] for thing in objects], np.int32)
+    place_in_glass = jnp.full(len(names) + 1, -1, jnp.int32).at[marks.glass].set(jnp.arange(marks.glass.shape[0]))
+    place_in_glass = place_in_glass.at[-1].set(-1)
     return Tables(
-        shapes,
-        _materials(scene),
-        material_of,
-        scene.lights,
-        tuple(scene.textures[name] for name in texture_names(scene)),
-        scene.background,
-        vec3(scene.ambient),
-        scene.cutoff,
+        shapes=Shapes(tuple(_families(objects))),
+        coefficients=table,
+        material_of=jnp.asarray(material_of),
+        highlight=jnp.asarray([HIGHLIGHTS.index(m.highlight) for m in materials], jnp.int32),
+        texture_of=texture_of,
+        textures=textures,
+        lights=grouped(scene.lights)[0],
+        background=scene.background,
+        ambient=vec3(scene.ambient),
+        cutoff=scene.cutoff,
+        mirrors=marks.wanted["k_s"] | _some(table["k_s"]),
+        transparent=marks.wanted["k_t"] | _some(table["k_t"]),
+        glass_of=place_in_glass[material_of],
+        rank=_ranked(objects),
+        marks=marks,
     )
 
 
-def _materials(scene: Scene) -> MaterialTable:
-    records = [scene.materials[name] for name in material_names(scene)]
+def marks_of(scene: Scene, free: Collection[str] = (), where_traced: bool = True) -> Marks:
+    """The marks of a scene whose values are known, or as far as they are: what is traced may be anything.
 
-    def colours(values):
-        return vec3(jnp.stack([jnp.broadcast_to(v, (3,)) for v in values])) if values else None
+    `free`: names of coefficients ("glass.k_s") whose derivative is wanted although they may be zero; `where_traced`: that of
+    all traced ones is.
+    """
+    names, objects = material_names(scene), numbered_objects(scene)
 
-    def numbers(values):
-        return jnp.stack(values) if values else None
+    def wanted(coefficient: str):
+        return jnp.asarray([
+            f"{name}.{coefficient}" in free
+            or (where_traced and is_traced(scene.materials[name].values[coefficient]))
+            for name in names
+        ], bool)  # fmt: skip
 
-    return MaterialTable(
-        colours([m.k_a for m in records]),
-        colours([m.k_d for m in records]),
-        colours([m.highlight_coefficient() for m in records]),
-        colours([m.k_s for m in records]),
-        colours([m.k_t for m in records]),
-        numbers([m.phong_exponent for m in records]),
-        numbers([m.refractive_index for m in records]),
-    )
-
-
-def _spheres(spheres: list[Sphere]) -> Spheres | None:
-    if not spheres:
-        return None
-    return Spheres(vec3(jnp.stack([s.centre for s in spheres])), jnp.stack([s.radius for s in spheres]))
-
-
-def _planes(planes: list[Plane]) -> Planes | None:
-    if not planes:
-        return None
-    normal, power = rescaled(vec3(jnp.stack([p.normal for p in planes])))
-    offset = jnp.stack([p.offset for p in planes])
-    return Planes(normalise(normal), safe_divide(offset * power, length(normal)))
+    clear = [
+        f"{name}.k_t" in free
+        or is_traced(k_t := scene.materials[name].values["k_t"])
+        or bool(np.any(np.asarray(k_t) > 0))
+        for name in names
+    ]
+    solids, first, clear_names = [], 0, {name for name, some in zip(names, clear, strict=True) if some}
+    for kind in OBJECTS:
+        mine = [thing for thing in objects if type(thing) is kind]
+        if mine:
+            found = [first + k for k, o in enumerate(mine) if kind.FAMILY.SOLID and o.material in clear_names]
+            solids.append(_with_room(found))
+            first += len(mine)
+    return Marks({"k_s": wanted("k_s"), "k_t": wanted("k_t")}, _with_room(np.flatnonzero(clear)), tuple(solids))
 
 
-def _polygons(polygons: list[Polygon]) -> Polygons | None:
-    if not polygons:
-        return None
-    corners = max(p.vertices.shape[0] for p in polygons)
-    padded = [jnp.pad(p.vertices, ((0, corners - p.vertices.shape[0]), (0, 0)), mode="edge") for p in polygons]
-    return Polygons(vec3(jnp.stack(padded)))
+def _families(objects):
+    for kind in OBJECTS:
+        mine = [thing for thing in objects if type(thing) is kind]
+        if mine:
+            yield kind.family(*kind.columns(mine))
+
+
+def _column(values: list, coloured: bool):
+    """One value a material, as a column or, of a colour, three."""
+    if not coloured:
+        return stacked(values)
+    return vec3(stacked([value if np.ndim(value) else np.broadcast_to(value, 3) if not is_traced(value)
+                         else jnp.broadcast_to(value, (3,)) for value in values]))  # fmt: skip
+
+
+def _some(colour: Vec3) -> Bool[Array, "materials"]:
+    """Is any channel above zero?"""
+    return (colour.x > 0) | (colour.y > 0) | (colour.z > 0)
+
+
+def _ranked(objects) -> Int[Array, "objects"]:
+    """The place of each object in the order of size; of two of one size the later one comes first."""
+    if not objects:
+        return jnp.zeros(0, jnp.int32)
+    size = stacked([thing.size() for thing in objects])
+    order = jnp.lexsort((-jnp.arange(len(objects)), size))
+    return jnp.zeros(len(objects), jnp.int32).at[order].set(jnp.arange(len(objects), dtype=jnp.int32))
+
+
+def _with_room(numbers) -> Int[Array, "room"]:
+    """Whole numbers with room for the next power of two, -1 in what is left; none for none."""
+    room = 1 << max(len(numbers) - 1, 0).bit_length() if len(numbers) else 0
+    return jnp.asarray([*numbers, *[-1] * (room - len(numbers))], jnp.int32)

@@ -1,32 +1,24 @@
 """The ray tree: planned once, recorded without derivatives, replayed with them."""
 
 from ._arrival import BRANCH_NAMES
-from ._effects import EFFECT_NAMES, Decision, Effects, decide_effects
-from ._plan import Plan, likely_room, make_plan
+from ._effects import (
+    EFFECT_NAMES,
+    Decision,
+    Effect,
+    Effects,
+    calls_for,
+    decide_effects,
+    effect_rows,
+    including_effect,
+)  # fmt: skip
+from ._plan import Plan, likely_room, make_plan, tables_of
 from ._record import Nodes, Record, record
 from ._replay import replay, trace, trace_beside_small, trace_left_out
 from ._samples import Samples, grid, pixel_of, sample_places
 from ._truncation import Beyond
 
 __all__ = [
-    "BRANCH_NAMES",
-    "Beyond",
-    "EFFECT_NAMES",
-    "Decision",
-    "Effects",
-    "Nodes",
-    "Plan",
-    "Record",
-    "Samples",
-    "decide_effects",
-    "grid",
-    "likely_room",
-    "make_plan",
-    "pixel_of",
-    "record",
-    "replay",
-    "sample_places",
-    "trace",
-    "trace_beside_small",
-    "trace_left_out",
-]
+    "BRANCH_NAMES", "EFFECT_NAMES", "Beyond", "Decision", "Effect", "Effects", "Nodes", "Plan", "Record", "Samples",
+    "calls_for", "decide_effects", "effect_rows", "grid", "including_effect", "likely_room", "make_plan", "pixel_of",
+    "record", "replay", "sample_places", "tables_of", "trace", "trace_beside_small", "trace_left_out",
+]  # fmt: skip

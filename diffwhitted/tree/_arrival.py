@@ -9,7 +9,7 @@ from ..numerics._vector import Vec3
 CAMERA, MIRROR, TRANSMITTED, TOTAL, PAST = range(5)
 """The branches of the tree: a camera ray, the mirror ray weighted by k_s, the transmitted ray weighted by k_t,
 the mirror ray of total internal reflection, which carries everything, and the part of a ray that runs past the
-outline of an object."""
+silhouette of an object."""
 
 BRANCH_NAMES = ("camera", "mirror", "transmitted", "total", "past")
 BRANCHES = 8
@@ -52,7 +52,12 @@ class Arrival(eqx.Module):
 
     point: Vec3
     normal: Vec3
+    """Geometric, on the side of the ray."""
+    shading_normal: Vec3
     direction: Vec3
+    distance: Float[Array, "n"]
+    """Travelled by the ray that arrived, metres."""
+    primitive: Int[Array, "n"]
     object: Int[Array, "n"]
     entering: Bool[Array, "n"]
     outside: Int[Array, "n"] | None
@@ -60,9 +65,17 @@ class Arrival(eqx.Module):
     beam: Beam | None
     """None where rays have no footprint."""
 
-    def hit(self) -> Hit:
-        return Hit(self.object, self.entering, self.point, self.normal, None)
-
 
 def arrival(hit: Hit, direction: Vec3, outside, beam: Beam | None) -> Arrival:
-    return Arrival(hit.point, hit.normal, direction, hit.object, hit.entering, outside, beam)
+    return Arrival(
+        hit.point,
+        hit.normal,
+        hit.shading_normal,
+        direction,
+        hit.distance,
+        hit.primitive,
+        hit.object,
+        hit.entering,
+        outside,
+        beam,
+    )

@@ -1,11 +1,13 @@
 """Rays with a footprint: from a ray to what it meets, and from a parent to its child (Igehy 1999, ray differentials).
 
-Two edges may cut the pixel of a ray. Past the outline of its object, a third child goes on as if the object
+Two edges may cut the pixel of a ray. Past the silhouette of its surface, a third child goes on as if the object
 were not there, with the share of the pixel that it leaves free. At the rim of total internal reflection the
 transmitted child has the share of the pixel where cos_r**2 > 0, and the mean of cos_r**2 there in place of its
 value in the middle: d cos_r then stays finite, where plain refraction has an infinite slope. Both are rare, and
 are computed for the rays concerned alone.
 """
+
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -25,22 +27,21 @@ from ..geometry import (
     curvature_at,
     edge_of,
     on_surface,
-    outline_of,
     part_of,
+    silhouette_of,
     surface_at,
     uncovered,
-)
+)  # fmt: skip
+from ..illumination import SurfacePoint
 from ..numerics._coverage import Linear, is_cut, ramp
 from ..numerics._safe import normalise, safe_divide
-from ..numerics._stage import packed, stage
-from ..numerics._vector import Vec3, dot, lookup, where
+from ..numerics._stage import always, packed, stage
+from ..numerics._vector import Vec3, dot, where
 from ..optics import Turn, refraction_radicand, turn_at
-from ..scene import Light, Tables
 from ._arrival import MIRROR, PAST, TOTAL, TRANSMITTED, Arrival, Beam
 from ._plan import Plan
+from ._weights import weight_at_rim
 
-STEEPEST = 1.6
-"""Slant beyond which a footprint that runs to the horizon is cut off: at 2 its far end is infinitely far away."""
 WIDEST = 1.0
 """Radians."""
 
@@ -49,49 +50,36 @@ def arriving(
     shapes: Shapes,
     ray: Ray,
     footprint: Footprint,
-    object: Int[Array, "n"],
+    primitive: Int[Array, "n"],
+    crossing: Int[Array, "n"],
     entering: Bool[Array, "n"],
     cut: Bool[Array, "n"],
     departure: Departure | None,
     needed: Bool[Array, ""],
 ) -> tuple[Hit, Vec3, Beam]:
-    """Where the part of a pixel that its object covers meets it: the hit, the direction, and what the footprint is there."""
+    """Where the part of a pixel that its surface covers meets it: the hit, the direction, and what the footprint is there."""
 
-    def meet(ray, footprint, object, entering):
-        hit = surface_at(shapes, ray, object, entering)
-        return hit.point, hit.normal, on_surface(ray, footprint, hit, curvature_at(shapes, hit))
+    def meet(ray, footprint, primitive, crossing, entering):
+        hit = surface_at(shapes, ray, primitive, crossing, entering)
+        return hit.point, hit.normal, hit.distance, on_surface(ray, footprint, hit, curvature_at(shapes, hit))
 
-    def meet_part(ray, footprint, object, entering):
-        here = object[0] >= NOTHING
-        outline = stage(here, lambda *a: outline_of(shapes, *a), ray, footprint, object)
-        edge = stage(here, edge_of, outline, object >= 0)
+    def meet_part(ray, footprint, primitive, crossing, entering):
+        here = always(primitive)
+        # Find how the silhouette cuts the pixel, and go on with the part that the surface covers.
+        silhouette = stage(here, lambda *a: silhouette_of(shapes, *a), ray, footprint, primitive)
+        edge = stage(here, edge_of, silhouette, primitive >= 0)
         ray, footprint = stage(here, covered, ray, footprint, edge)
-        point, normal, footprint = stage(here, meet, ray, footprint, object, entering)
-        return point, normalise(normal), footprint, ray.direction, edge
+        point, normal, distance, footprint = stage(here, meet, ray, footprint, primitive, crossing, entering)
+        return point, normalise(normal), distance, footprint, ray.direction, edge
 
-    zero = jnp.zeros_like(ray.origin.x)
-    whole = *stage(needed, meet, ray, footprint, object, entering), ray.direction, Edge(zero + 1, zero, zero, zero)
-    point, normal, footprint, direction, edge = packed(cut, meet_part, whole, ray, footprint, object, entering)
-    hit = Hit(object, entering, point, normal, None)
+    # Meet the surface with whole pixels, and with parts of those that a silhouette cuts.
+    surface = ray, footprint, primitive, crossing, entering
+    zero, one = jnp.zeros_like(ray.origin.x), jnp.ones_like(ray.origin.x)
+    whole = *stage(needed, meet, *surface), ray.direction, Edge(one, zero, zero, zero)
+    point, normal, distance, footprint, direction, edge = packed(cut, meet_part, whole, *surface)
+    object = shapes.object_at(primitive)
+    hit = Hit(primitive, object, crossing, entering, point, normal, normal, distance)
     return hit, direction, Beam(footprint, curvature_at(shapes, hit), edge, departure)
-
-
-def slant(at: Arrival) -> tuple[Float[Array, "n"], Float[Array, "n"]]:
-    """Perspective: on a flat surface the point is at (dP_u u + dP_v v) / (1 + slant_u u + slant_v v); 0 on others."""
-    flat, towards = at.beam.curvature == 0, dot(at.direction, at.normal)
-    return tuple(
-        jnp.clip(jnp.where(flat, safe_divide(dot(side.direction, at.normal), towards), 0), -STEEPEST, STEEPEST)
-        for side in at.beam.footprint.sides()
-    )
-
-
-def light_beam(light: Light, point: Vec3, footprint: Footprint) -> Footprint:
-    """How the ray from a surface to a light changes over the footprint there."""
-
-    def turned(step: Vec3) -> Ray:
-        return Ray(step, jax.jvp(lambda p: light.arriving(p)[0], (point,), (step,))[1])
-
-    return Footprint(turned(footprint.across.origin), turned(footprint.down.origin))
 
 
 def radicand(at: Arrival, eta: Float[Array, "n"]) -> Linear:
@@ -103,8 +91,8 @@ def radicand(at: Arrival, eta: Float[Array, "n"]) -> Linear:
     cosine = _cosine(at)
     by = 2 * eta * eta * cosine.value
     square = Linear(refraction_radicand(cosine.value, eta), cosine.across * by, cosine.down * by).within(1.0)
-    returns = ~at.entering & (at.beam.footprint.within == at.object)
-    return where(returns, Linear(jnp.maximum(square.value, 0), by * 0, by * 0), square)
+    returns, level = ~at.entering & (at.beam.footprint.within == at.primitive), jnp.zeros_like(by)
+    return where(returns, Linear(jnp.maximum(square.value, 0), level, level), square)
 
 
 def is_rim(square: Linear) -> Bool[Array, "n"]:
@@ -113,16 +101,15 @@ def is_rim(square: Linear) -> Bool[Array, "n"]:
 
 
 def child_beam(
-    tables: Tables, plan: Plan, at: Arrival, branch: Int[Array, "n"], factor: Vec3, eta: Float[Array, "n"] | None
+    plan: Plan, at: Arrival, point: SurfacePoint, branch: Int[Array, "n"], factor: Vec3, eta: Float[Array, "n"] | None
 ) -> tuple[Ray, Footprint, Vec3]:
     """The ray that leaves a parent along a branch, its footprint, and the share of its light that the parent passes on."""
-    needed = branch[0] >= 0
+    needed = always(branch)
     turn, special = stage(needed, lambda *a: _turn(plan, *a), at, branch, eta)
     ray, footprint = stage(needed, _turned, at, turn, branch)
     factor = factor * at.beam.edge.share
-    ray, footprint, factor = packed(
-        special, lambda *a: _special(tables, plan, *a), (ray, footprint, factor), at, branch, factor, eta
-    )
+    whole = ray, footprint, factor
+    ray, footprint, factor = packed(special, lambda *a: _special(plan, *a), whole, at, point, branch, factor, eta)
     return *stage(needed, _kept_small, ray, footprint), factor
 
 
@@ -157,28 +144,25 @@ def _turned(at: Arrival, turn: Turn, branch) -> tuple[Ray, Footprint]:
         for side, change in zip(at.beam.footprint.sides(), (turn.across, turn.down), strict=True)
     ]
     inside = jnp.where(
-        branch == TRANSMITTED, at.entering, ~at.entering & (branch == MIRROR) & (at.beam.footprint.within == at.object)
+        branch == TRANSMITTED,
+        at.entering,
+        ~at.entering & (branch == MIRROR) & (at.beam.footprint.within == at.primitive),
     )
     return Ray(at.point, turn.direction(at.direction, at.normal)), Footprint(
-        *sides, jnp.where(inside, at.object, NOTHING)
+        *sides, jnp.where(inside, at.primitive, NOTHING)
     )
 
 
-def _special(tables: Tables, plan: Plan, at: Arrival, branch, factor: Vec3, eta) -> tuple[Ray, Footprint, Vec3]:
-    """A child that runs past its parent's object, or that leaves it where total reflection begins."""
-    here, beside = branch[0] >= 0, branch == PAST
+def _special(plan: Plan, at: Arrival, point: SurfacePoint, branch, factor: Vec3, eta) -> tuple[Ray, Footprint, Vec3]:
+    """A child that runs past its parent's surface, or that leaves it where total reflection begins."""
+    here, beside = always(branch), branch == PAST
     past, rest = stage(here, _uncovered, at)
     left = safe_divide(1 - at.beam.edge.share, at.beam.edge.share)
     if not (plan.effects.refraction and plan.effects.total_internal_reflection):
         return past, rest, factor * left
     ray, footprint, before = stage(here, _at_rim, at, branch, eta)
-    factor = where(branch == TRANSMITTED, factor * before, factor)
-    if plan.total_reflection_is_full:
-        k_s = lookup(tables.materials.k_s, lookup(tables.material_of, at.object)) * (
-            before if plan.effects.reflection else 0
-        )
-        factor = where(branch == TOTAL, factor * (1 - before) + factor * k_s, factor)
-    return where(beside, (past, rest, factor * left), (ray, footprint, factor))
+    at_rim = weight_at_rim(plan, point, branch, factor, before)
+    return where(beside, (past, rest, factor * left), (ray, footprint, at_rim))
 
 
 def _uncovered(at: Arrival) -> tuple[Ray, Footprint]:
@@ -200,15 +184,8 @@ def _at_rim(at: Arrival, branch, eta) -> tuple[Ray, Footprint, Float[Array, "n"]
     shift = edge.shift * jnp.where(through, 1, jnp.where(total, -edge.share / past, 0))
     moved, footprint = part_of(Ray(at.point, at.direction), at.beam.footprint, edge, kept, shift)
     normal = normalise(at.normal + (moved.origin - at.point) * at.beam.curvature)
-    part = Arrival(
-        moved.origin,
-        normal,
-        moved.direction,
-        at.object,
-        at.entering,
-        None,
-        Beam(footprint, at.beam.curvature, edge, None),
-    )
+    beam = Beam(footprint, at.beam.curvature, edge, None)
+    part = replace(at, point=moved.origin, normal=normal, direction=moved.direction, outside=None, beam=beam)
     ray, footprint = _turned(part, turn_at(_cosine(part), eta, mean, through), branch)
     return Ray(ray.origin, normalise(ray.direction)), footprint, edge.share
 

@@ -14,7 +14,7 @@ from ._plan import Plan
 from ._samples import Samples
 
 MOST_PASSED = 2
-"""So many outlines a ray may run past before those that follow count whole or not at all."""
+"""So many silhouettes a ray may run past before those that follow count whole or not at all."""
 
 
 def departing(
@@ -35,7 +35,7 @@ def departing(
         return camera.rays(column, row), footprint, Vec3(one, one, one)
 
     def children(parents):
-        return child(tables, plan, parents, origin.branch)
+        return child(tables, plan, parents, origin.branch, alive.any())
 
     if not plan.branching:
         return stage(alive.any(), camera_rays, parents)

@@ -1,36 +1,252 @@
-"""Which effects a scene calls for, and why.
+"""Which effects a scene calls for, and why: one table of effects.
 
 An effect that is off is not compiled. An effect is on when some coefficient calls for it: because its value
 is not zero, because a fit leaves it free, or because it is traced by `jit`, `grad` or `vmap` and so may be
-anything.
+anything. A new effect is a row: what calls for it, what it cannot do without, and what it adds to the light of a point or
+to the weights of its branches.
 """
 
-from collections.abc import Collection
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 
 import numpy as np
+from jaxtyping import Array, Int
 
-from ..scene import GradientBackground, Plane, PointLight, Scene, is_traced
+from ..illumination import SurfacePoint
+from ..numerics._vector import Vec3
+from ..records import changed
+from ..scene import Scene, is_traced
+from ..shapes import AbstractObject
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A scene, and what is asked of its picture."""
+
+    scene: Scene
+    free: frozenset[str]
+    """Coefficients that a fit leaves free, by name."""
+    depth: int
+    trees: int
+    """The footprint."""
+
+    def first_with(self, coefficient: str) -> str | None:
+        """The first object for which a coefficient is at work, with the reason, or None."""
+        for thing in self.scene.objects:
+            if reason := self.reasons.get((thing.material, coefficient)):
+                return f"object {thing.name!r}: {reason}"
+        return None
+
+    def users(self, coefficient: str) -> list[AbstractObject]:
+        """The objects for which a coefficient is at work."""
+        return [thing for thing in self.scene.objects if self.reasons.get((thing.material, coefficient))]
+
+    @property
+    def reasons(self) -> Mapping[tuple[str, str], str]:
+        """Why a coefficient of a material is at work, where it is."""
+        if not self._reasons:
+            for name, material in self.scene.materials.items():
+                for coefficient in material.values:
+                    if reason := calls_for(self.scene, name, coefficient, self.free):
+                        self._reasons[name, coefficient] = reason
+            self._reasons["", ""] = "asked"
+        return self._reasons
+
+    _reasons: dict[tuple[str, str], str] = field(default_factory=dict, compare=False, repr=False)
+
+
+Reason = Callable[[Asked], str | None]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One row."""
+
+    name: str
+    called_for: Reason
+    """Why the scene calls for it, or None."""
+    otherwise: str
+    """Why it is off where nothing calls for it."""
+    needs: tuple[tuple[str, ...], str] = ((), "")
+    """Effects of which at least one must be on, and what is said where none is."""
+    forbidden: Reason = lambda asked: None
+    """Why it is off whatever calls for it, or None."""
+    without: Callable[[Scene], Scene] = lambda scene: scene
+    """The scene without what it shows, where it takes more than to leave it out of the program."""
+    coefficients: tuple[str, ...] = ()
+    """Those that it adds to a point, beside Whitted's."""
+    adds: Callable[[SurfacePoint], Vec3] | None = None
+    """Light that a point sends back whatever lamps do."""
+    weighs: Callable[[SurfacePoint, Int[Array, "n"], Vec3], Vec3] | None = None
+    """What it makes of the weight of a branch."""
+    brightest: Callable[[Scene, str], np.ndarray] | None = None
+    """The most light that it adds at a point of a material (by name), (3,); None: no finite amount is known."""
+
+
+def calls_for(scene: Scene, material: str, coefficient: str, free: Collection[str] = ()) -> str | None:
+    """Why a coefficient of a material is at work ("glass.k_t = 0.7", "... is free"), or None if it is zero."""
+    record, name = scene.materials[material], f"{material}.{coefficient}"
+    if coefficient == "k_h":
+        if record.highlight == "off":
+            return None
+        if record.k_h is None and f"{material}.k_s" in free:
+            return f"{material}.k_s is free and gives k_h"
+    value = record.at_work(coefficient)
+    if name in free:
+        return f"{name} is free in the fit"
+    if is_traced(value):
+        return f"{name} is traced and may be anything"
+    value = np.asarray(value)
+    if not np.any(value > 0):
+        return None
+    return f"{name} = {np.array2string(value, precision=4, separator=', ', legacy=False)}"
+
+
+def _with(coefficient: str) -> Reason:
+    return lambda asked: asked.first_with(coefficient)
+
+
+def _dark(asked: Asked) -> str | None:
+    return None if asked.scene.lights else "the scene has no light"
+
+
+def _flat(asked: Asked) -> str | None:
+    return None if asked.depth > 1 else "max_depth = 1: camera rays only"
+
+
+def _no_ambient(asked: Asked) -> str | None:
+    ambient = asked.scene.ambient
+    return "ambient = 0" if not is_traced(ambient) and not np.any(np.asarray(ambient) > 0) else None
+
+
+def _caster(asked: Asked) -> str | None:
+    objects = asked.scene.objects
+    if len(objects) == 1 and objects[0].FLAT:
+        return None
+    return f"object {objects[0].name!r} and others can block a light" if objects else None
+
+
+def _no_shadows(asked: Asked) -> str | None:
+    return 'shadows = "off"' if asked.scene.shadows == "off" else None
+
+
+def _not_tinted(asked: Asked) -> str | None:
+    return None if asked.scene.shadows == "tinted" else f'shadows = "{asked.scene.shadows}"'
+
+
+def _denser(asked: Asked) -> str | None:
+    for thing in asked.users("k_t"):
+        index, name = asked.scene.materials[thing.material].refractive_index, f"{thing.material}.refractive_index"
+        if is_traced(index) or name in asked.free:
+            return f"object {thing.name!r}: {name} may be anything"
+        if float(index) > 1:
+            return f"object {thing.name!r}: {name} = {float(index):g}"
+    return None
+
+
+def _second_glass(asked: Asked) -> str | None:
+    glass = asked.users("k_t")
+    if len(glass) < 2 or not any(thing.FAMILY.SOLID for thing in glass):
+        return None
+    return f"objects {glass[0].name!r} and {glass[1].name!r} are both transparent"
+
+
+def _textured(asked: Asked) -> str | None:
+    for thing in asked.scene.objects:
+        for coefficient, texture in asked.scene.materials[thing.material].textures:
+            if asked.reasons.get((thing.material, coefficient)):
+                return f"object {thing.name!r}: {coefficient}_texture = {texture!r}"
+    return None
+
+
+def _faded(asked: Asked) -> str | None:
+    for number, light in enumerate(asked.scene.lights, 1):
+        if light.fades:
+            return f"light {number} has an attenuation"
+    return None
+
+
+def _gradient(asked: Asked) -> str | None:
+    return "background = { gradient = ... }" if asked.scene.background.varies else None
+
+
+def _truncated(asked: Asked) -> str | None:
+    cutoff = asked.scene.cutoff
+    if is_traced(cutoff):
+        return "cutoff is traced and may be anything"
+    return f"cutoff = {float(cutoff):.4g}" if float(cutoff) > 0 else None
+
+
+LIT = (("diffuse", "highlight"), "no light is looked at")
+BENT = (("refraction",), "no refraction")
+
+EFFECTS: tuple[Effect, ...] = (
+    Effect("ambient", _with("k_a"), "no object has k_a > 0", forbidden=_no_ambient),
+    Effect("diffuse", _with("k_d"), "no object has k_d > 0", forbidden=_dark),
+    Effect("highlight", _with("k_h"), "no object has k_h > 0 with a highlight", forbidden=_dark),
+    Effect("shadows", _caster, "no object can stand between a point and a light", LIT, _no_shadows),
+    Effect("tinted_shadows", _with("k_t"), "no object has k_t > 0", (("shadows",), "no shadow ray is cast"), _not_tinted),
+    Effect("reflection", _with("k_s"), "no object has k_s > 0", forbidden=_flat),
+    Effect("refraction", _with("k_t"), "no object has k_t > 0", forbidden=_flat),
+    Effect("total_internal_reflection", _denser, "every transparent object has index 1", BENT),
+    Effect("nested_media", _second_glass, "fewer than two transparent solids", BENT),
+    Effect("textures", _textured, "no coefficient in use has a texture"),
+    Effect("attenuation", _faded, "no point light has an attenuation", LIT,
+           without=lambda s: changed(s, lights=tuple(light.without_fading() for light in s.lights))),
+    Effect("background_gradient", _gradient, "the background is one colour",
+           without=lambda s: changed(s, background=s.background.plain())),
+    Effect("footprint", lambda asked: f"footprint = {asked.trees}" if asked.trees else None, "footprint = 0"),
+    Effect("cutoff", _truncated, "cutoff = 0", (("reflection", "refraction"), "no ray is reflected or refracted")),
+)  # fmt: skip
+"""The effects that the package has."""
+
+EFFECT_NAMES = tuple(effect.name for effect in EFFECTS)
+
+_added: list[Effect] = []
+
+
+def effect_rows() -> tuple[Effect, ...]:
+    """All effects: those of the package and those that were added."""
+    return (*EFFECTS, *_added)
+
+
+@contextmanager
+def including_effect(row: Effect) -> Iterator[Effect]:
+    """The table with one row more, for the length of a `with` block."""
+    _added.append(row)
+    try:
+        yield row
+    finally:
+        _added.remove(row)
 
 
 @dataclass(frozen=True)
 class Effects:
-    """One switch an effect; hashable, so that it selects the compiled program."""
+    """Which effects are on; hashable, so that it selects the compiled program. `effects.shadows` asks for one of them."""
 
-    ambient: bool
-    diffuse: bool
-    highlight: bool
-    shadows: bool
-    tinted_shadows: bool
-    reflection: bool
-    refraction: bool
-    total_internal_reflection: bool
-    nested_media: bool
-    textures: bool
-    attenuation: bool
-    background_gradient: bool
-    footprint: bool
-    cutoff: bool
+    on: frozenset[str]
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.on
+
+    def __getattr__(self, name: str) -> bool:
+        if name.startswith("_") or name not in {row.name for row in effect_rows()}:
+            raise AttributeError(f"there is no effect {name!r}")
+        return name in self.on
+
+    def switched(self, **effects: bool) -> "Effects":
+        """The same with some effects on or off."""
+        chosen = {name for name, on in effects.items() if on}
+        return Effects((self.on - effects.keys()) | chosen)
+
+    def without(self, name: str) -> "Effects":
+        """The same without one effect, and without those that cannot do without it."""
+        on = self.on - {name}
+        for row in effect_rows():
+            if row.name in on and row.needs[0] and not on.intersection(row.needs[0]):
+                on = on - {row.name}
+        return Effects(on)
 
     @property
     def branching(self) -> bool:
@@ -43,9 +259,6 @@ class Effects:
         return self.diffuse or self.highlight
 
 
-EFFECT_NAMES = tuple(field.name for field in fields(Effects))
-
-
 @dataclass(frozen=True)
 class Decision:
     """One effect, on or off, and the reason in words."""
@@ -55,146 +268,26 @@ class Decision:
     why: str
 
 
-def calls_for(scene: Scene, material: str, coefficient: str, free: Collection[str] = ()) -> str | None:
-    """Why a coefficient of a material is at work ("glass.k_t = 0.7", "... is free"), or None if it is zero."""
-    record, name = scene.materials[material], f"{material}.{coefficient}"
-    if coefficient == "k_h":
-        if record.highlight == "off":
-            return None
-        if record.k_h is None and f"{material}.k_s" in free:
-            return f"{material}.k_s is free and gives k_h"
-    value = record.highlight_coefficient() if coefficient == "k_h" else getattr(record, coefficient)
-    if name in free:
-        return f"{name} is free in the fit"
-    if is_traced(value):
-        return f"{name} is traced and may be anything"
-    if not np.any(np.asarray(value) > 0):
-        return None
-    return f"{name} = {np.array2string(np.asarray(value), precision=4, separator=', ', legacy=False)}"
-
-
 def decide_effects(
     scene: Scene, free: Collection[str] = (), max_depth: int | None = None, footprint: int | None = None
 ) -> tuple[Decision, ...]:
-    """Decide every effect for a scene and the free coefficients of a fit, in the order of `Effects`.
+    """Decide every effect for a scene and the free coefficients of a fit, in the order of the table.
 
     `max_depth` and `footprint` replace the scene's.
     """
-    trees = scene.footprint if footprint is None else footprint
     depth = scene.max_depth if max_depth is None else max_depth
-    first_with = {name: _first_object(scene, name, free) for name in ("k_a", "k_d", "k_h", "k_s", "k_t")}
-    dark = "" if scene.lights else "the scene has no light"
-    flat = "" if depth > 1 else "max_depth = 1: camera rays only"
-    found = {
-        "ambient": _decide(first_with["k_a"], "no object has k_a > 0", _no_ambient(scene)),
-        "diffuse": _decide(first_with["k_d"], "no object has k_d > 0", dark),
-        "highlight": _decide(first_with["k_h"], "no object has k_h > 0 with a highlight", dark),
-        "reflection": _decide(first_with["k_s"], "no object has k_s > 0", flat),
-        "refraction": _decide(first_with["k_t"], "no object has k_t > 0", flat),
-    }
-    lit = found["diffuse"][0] or found["highlight"][0]
-    found["shadows"] = _decide(
-        _caster(scene),
-        "no object can stand between a point and a light",
-        'shadows = "off"' if scene.shadows == "off" else "" if lit else "no light is looked at",
-    )
-    found["tinted_shadows"] = _decide(
-        first_with["k_t"],
-        "no object has k_t > 0",
-        ""
-        if scene.shadows == "tinted" and found["shadows"][0]
-        else f'shadows = "{scene.shadows}"'
-        if scene.shadows != "tinted"
-        else "no shadow ray is cast",
-    )
-    refraction_off = "" if found["refraction"][0] else "no refraction"
-    found["total_internal_reflection"] = _decide(
-        _denser(scene, free), "every transparent object has index 1", refraction_off
-    )
-    found["nested_media"] = _decide(_second_glass(scene, free), "fewer than two transparent solids", refraction_off)
-    found["textures"] = _decide(_textured(scene, free), "no coefficient in use has a texture")
-    found["attenuation"] = _decide(
-        _faded(scene), "no point light has an attenuation", "" if lit else "no light is looked at"
-    )
-    gradient = isinstance(scene.background, GradientBackground)
-    found["background_gradient"] = (
-        gradient,
-        "background = { gradient = ... }" if gradient else "the background is one colour",
-    )
-    found["cutoff"] = _decide(
-        _truncated(scene),
-        "cutoff = 0",
-        "" if found["reflection"][0] or found["refraction"][0] else "no ray is reflected or refracted",
-    )
-    found["footprint"] = bool(trees), f"footprint = {trees}"
-    return tuple(Decision(name, *found[name]) for name in EFFECT_NAMES)
+    asked = Asked(scene, frozenset(free), depth, scene.footprint if footprint is None else footprint)
+    decided: list[Decision] = []
+    on: set[str] = set()
+    for row in effect_rows():
+        needed, missing = row.needs
+        why_not = row.forbidden(asked) or (missing if needed and not on.intersection(needed) else None)
+        reason = None if why_not else row.called_for(asked)
+        decided.append(Decision(row.name, reason is not None, reason or why_not or row.otherwise))
+        if reason is not None:
+            on.add(row.name)
+    return tuple(decided)
 
 
 def as_effects(decisions: tuple[Decision, ...]) -> Effects:
-    return Effects(**{d.name: d.on for d in decisions})
-
-
-def _decide(reason: str | None, otherwise: str, forbidden: str = "") -> tuple[bool, str]:
-    if forbidden:
-        return False, forbidden
-    return (False, otherwise) if reason is None else (True, reason)
-
-
-def _first_object(scene: Scene, coefficient: str, free) -> str | None:
-    for thing in scene.objects:
-        reason = calls_for(scene, thing.material, coefficient, free)
-        if reason:
-            return f"object {thing.name!r}: {reason}"
-    return None
-
-
-def _no_ambient(scene: Scene) -> str:
-    dark = not is_traced(scene.ambient) and not np.any(np.asarray(scene.ambient) > 0)
-    return "ambient = 0" if dark else ""
-
-
-def _caster(scene: Scene) -> str | None:
-    if len(scene.objects) == 1 and isinstance(scene.objects[0], Plane):
-        return None
-    return f"object {scene.objects[0].name!r} and others can block a light" if scene.objects else None
-
-
-def _denser(scene: Scene, free) -> str | None:
-    for thing in scene.objects:
-        if calls_for(scene, thing.material, "k_t", free):
-            index, name = scene.materials[thing.material].refractive_index, f"{thing.material}.refractive_index"
-            if is_traced(index) or name in free:
-                return f"object {thing.name!r}: {name} may be anything"
-            if float(index) > 1:
-                return f"object {thing.name!r}: {name} = {float(index):g}"
-    return None
-
-
-def _second_glass(scene: Scene, free) -> str | None:
-    glass = [o for o in scene.objects if calls_for(scene, o.material, "k_t", free)]
-    solids = [o for o in glass if not hasattr(o, "vertices")]
-    if not solids or len(glass) < 2:
-        return None
-    return f"objects {glass[0].name!r} and {glass[1].name!r} are both transparent"
-
-
-def _textured(scene: Scene, free) -> str | None:
-    for thing in scene.objects:
-        material = scene.materials[thing.material]
-        for coefficient, texture in (("k_a", material.k_a_texture), ("k_d", material.k_d_texture)):
-            if texture is not None and calls_for(scene, thing.material, coefficient, free):
-                return f"object {thing.name!r}: {coefficient}_texture = {texture!r}"
-    return None
-
-
-def _truncated(scene: Scene) -> str | None:
-    if is_traced(scene.cutoff):
-        return "cutoff is traced and may be anything"
-    return f"cutoff = {float(scene.cutoff):.4g}" if float(scene.cutoff) > 0 else None
-
-
-def _faded(scene: Scene) -> str | None:
-    for number, light in enumerate(scene.lights, 1):
-        if isinstance(light, PointLight) and light.attenuation is not None:
-            return f"light {number} has an attenuation"
-    return None
+    return Effects(frozenset(decision.name for decision in decisions if decision.on))

@@ -1,26 +1,27 @@
 """What a scene calls for, decided once, outside `jit`: effects, depth, and room for the rays."""
 
 from collections.abc import Collection
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from math import ceil
 
 import numpy as np
 
-from .._errors import CapacityError, SceneError
+from .._errors import CapacityError
 from ..numerics._stage import LANES
 from ..numerics._workers import processors
 from ..scene import (
+    HIGHLIGHTS,
     Camera,
-    Plane,
     Scene,
-    Sphere,
+    Tables,
     check_footprint,
     is_traced,
+    marks_of,
     material_names,
-    numbered_objects,
-    texture_names,
-)
-from ._effects import Effects, as_effects, calls_for, decide_effects
+    tabulate,
+    textured_rows,
+)  # fmt: skip
+from ._effects import Effects, as_effects, calls_for, decide_effects, effect_rows
 
 BLOCK = 2**13
 FOOTPRINT_BLOCK = 2**12
@@ -40,7 +41,7 @@ less means that the program of a scene with much glass is compiled twice."""
 
 @dataclass(frozen=True)
 class Plan:
-    """Static and hashable: it selects the compiled program.
+    """Static and hashable: it selects the compiled program, and says nothing of single objects, materials or lights.
 
     A picture is traced in `passes`. A pass has `pass_pixels` camera rays, followed in blocks of `block` rays as
     their descendants are; `capacity` is the room for descendants in one pass. The sizes are such that a pass
@@ -53,19 +54,19 @@ class Plan:
     footprint: int
     """Rays have the footprint of one of footprint x footprint squares of a pixel; 0: none."""
     total_reflection_is_full: bool
-    mirrors: tuple[bool, ...]
-    """Which objects spawn mirror rays, by object number."""
-    transparent: tuple[bool, ...]
-    """Which objects let light through, by object number."""
-    material_of: tuple[int, ...]
-    """The material of each object, by number."""
-    solids: tuple[int, ...]
-    """The transparent solids, smallest first: where they overlap, the first one counts."""
+    tinted: bool
+    """Transparent objects tint the light that passes through them."""
     highlight_models: tuple[str, ...]
-    """By material: "halfway", "reflected" or "off"."""
-    k_a_textures: tuple[int, ...]
-    """By material: the number of its texture, -1 without one."""
-    k_d_textures: tuple[int, ...]
+    """That there are in the scene: "halfway", "reflected", "off"."""
+    textured: tuple[tuple[str, ...], ...]
+    """The coefficients that have a texture somewhere, those that always wear the same one together."""
+    weighed_by: tuple[str, ...]
+    """The coefficients that effects add to the weights of branches."""
+    zero_weights: bool
+    """A branch that weighs nothing may be followed, for the derivative in its weight."""
+    at_work: tuple[str, ...]
+    """k_s and k_t, by the names of their materials, that were not zero or free when it was made: their branches are followed
+    whatever they are now. Not read by programs: see `program`."""
     picture: tuple[int, int]
     """Width and height in pixels."""
     passes: int
@@ -75,9 +76,14 @@ class Plan:
     capacity: int
 
     @property
+    def program(self) -> "Plan":
+        """What selects a compiled program: the plan without names."""
+        return replace(self, at_work=())
+
+    @property
     def branching(self) -> bool:
         """Does any ray have children?"""
-        return self.effects.branching or self.effects.footprint
+        return self.effects.branching or bool(self.footprint)
 
     @property
     def blocks(self) -> int:
@@ -94,22 +100,22 @@ class Plan:
     def shortfall(self, needed: "Plan") -> str | None:
         """What this plan leaves out of `needed`, a plan made for the scene at hand; None if nothing."""
         if self.picture != needed.picture:
-            return f"it was made for {self.picture[0]}x{self.picture[1]} pixels, not {needed.picture[0]}x{needed.picture[1]}"
-        same = ("material_of", "highlight_models", "k_a_textures", "k_d_textures", "total_reflection_is_full")
-        if any(getattr(self, field) != getattr(needed, field) for field in same):
-            return "it was made for a scene with other objects, materials or textures"
+            return (
+                f"it was made for {self.picture[0]}x{self.picture[1]} pixels, not "
+                f"{needed.picture[0]}x{needed.picture[1]}"
+            )
         if self.footprint != needed.footprint:
             return f"it was made with footprint = {self.footprint}, not {needed.footprint}"
-        if self.solids != needed.solids:
-            return "it was made for a scene whose transparent solids lie in another order of size"
-        missing = [
-            f.name for f in fields(Effects) if getattr(needed.effects, f.name) and not getattr(self.effects, f.name)
-        ]
+        missing = sorted(needed.effects.on - self.effects.on, key=[row.name for row in effect_rows()].index)
         if missing:
             return f"it leaves out {', '.join(missing)}, which the scene calls for"
-        for have, want, what in ((self.mirrors, needed.mirrors, "k_s"), (self.transparent, needed.transparent, "k_t")):
-            if any(w and not h for h, w in zip(have, want, strict=True)):
-                return f"some object had {what} = 0 when it was made, and has not now"
+        idle = [name for name in needed.at_work if name not in self.at_work]
+        if needed.zero_weights and not self.zero_weights and idle:
+            return f"{idle[0]} was zero when it was made, and may not be now"
+        if not set(needed.highlight_models) <= set(self.highlight_models) or self.textured != needed.textured:
+            return "it was made for a scene with other highlights or textures"
+        if self.total_reflection_is_full != needed.total_reflection_is_full:
+            return "it was made for another total_internal_reflection"
         return None
 
     def with_capacity(self, rays: int) -> "Plan":
@@ -142,36 +148,44 @@ def make_plan(
     the room is the worst case, every ray branching down to `max_depth` (at most 16 M rays).
     """
     depth = scene.max_depth if max_depth is None else max_depth
-    objects, names, textures = numbered_objects(scene), material_names(scene), texture_names(scene)
     effects = as_effects(decide_effects(scene, free, depth, footprint))
-    mirrors = tuple(calls_for(scene, o.material, "k_s", free) is not None for o in objects)
-    transparent = tuple(calls_for(scene, o.material, "k_t", free) is not None for o in objects)
-    materials = [scene.materials[name] for name in names]
     trees = scene.footprint if footprint is None else footprint
     check_footprint(trees, "")
     passes, pass_pixels, block = _split(
         camera.width * camera.height, pass_of, block_of or (FOOTPRINT_BLOCK if trees else BLOCK)
     )
+    used = {thing.material: scene.materials[thing.material] for thing in scene.objects}
     plan = Plan(
         effects=effects,
         max_depth=depth,
+        footprint=trees,
         total_reflection_is_full=scene.total_internal_reflection == "full",
-        mirrors=mirrors,
-        transparent=transparent,
-        material_of=tuple(names.index(o.material) for o in objects),
-        solids=_smallest_first(objects, transparent),
-        highlight_models=tuple(m.highlight for m in materials),
-        k_a_textures=tuple(-1 if m.k_a_texture is None else textures.index(m.k_a_texture) for m in materials),
-        k_d_textures=tuple(-1 if m.k_d_texture is None else textures.index(m.k_d_texture) for m in materials),
+        tinted=scene.shadows == "tinted",
+        highlight_models=tuple(model for model in HIGHLIGHTS if any(m.highlight == model for m in used.values())),
+        textured=texture_groups(scene) if "textures" in effects else (),
+        weighed_by=tuple(
+            name for row in effect_rows() if row.weighs and row.name in effects for name in row.coefficients
+        ),
+        zero_weights=effects.branching and _may_weigh_nothing(scene, used, free),
+        at_work=tuple(
+            f"{name}.{coefficient}"
+            for name in sorted(used)
+            for coefficient in ("k_s", "k_t")
+            if calls_for(scene, name, coefficient, free)
+        ),
         picture=(camera.width, camera.height),
         passes=passes,
         pass_pixels=pass_pixels,
         block=block,
         capacity=0,
-        footprint=trees,
     )
     worst = _worst_case(plan)
     return plan.with_capacity(worst if capacity is None else min(capacity, worst))
+
+
+def tables_of(scene: Scene, plan: Plan) -> Tables:
+    """The scene as tables, with the marks that the plan asks for; outside a program, as names are read here."""
+    return tabulate(scene, marks_of(scene, plan.at_work, where_traced=plan.zero_weights))
 
 
 def likely_room(camera: Camera, pass_of: int = MOST_PIXELS_A_PASS) -> int:
@@ -192,25 +206,30 @@ def _split(pixels: int, pass_of: int, most: int) -> tuple[int, int, int]:
     return passes, blocks * block, block
 
 
+def texture_groups(scene: Scene) -> tuple[tuple[str, ...], ...]:
+    """The textured coefficients, those that wear the same texture on every material together."""
+    groups: dict[tuple, list[str]] = {}
+    for row in textured_rows():
+        worn = tuple(dict(scene.materials[name].textures).get(row.name) for name in material_names(scene))
+        if any(worn):
+            groups.setdefault(worn, []).append(row.name)
+    return tuple(map(tuple, groups.values()))
+
+
+def _may_weigh_nothing(scene: Scene, used: Collection[str], free: Collection[str]) -> bool:
+    """Is the derivative in some k_s or k_t wanted that may be zero?"""
+
+    def may(material: str, coefficient: str) -> bool:
+        value = scene.materials[material].values[coefficient]
+        if is_traced(value):
+            return True
+        return f"{material}.{coefficient}" in free and not np.any(np.asarray(value) > 0)
+
+    return any(may(material, coefficient) for material in used for coefficient in ("k_s", "k_t"))
+
+
 def _worst_case(plan: Plan) -> int:
-    branches = any(plan.mirrors) + any(plan.transparent)
+    branches = plan.effects.reflection + plan.effects.refraction
     per_pixel = sum(branches**level for level in range(1, plan.max_depth)) if plan.effects.branching else 0
     per_pixel = 3 * (per_pixel + 1) if plan.footprint else per_pixel
     return min(plan.pass_pixels * per_pixel, WORST_CASE_LIMIT)
-
-
-def _smallest_first(objects, transparent: tuple[bool, ...]) -> tuple[int, ...]:
-    def size(index):
-        thing = objects[index]
-        if isinstance(thing, Plane):
-            return np.inf
-        return float(thing.radius) if not is_traced(thing.radius) else 0.0
-
-    solids = [i for i, thing in enumerate(objects) if transparent[i] and isinstance(thing, (Sphere, Plane))]
-    unknown = [objects[i].name for i in solids if isinstance(objects[i], Sphere) and is_traced(objects[i].radius)]
-    if unknown and len(solids) > 1:
-        raise SceneError(
-            f"object {unknown[0]!r}: its radius is traced, so which transparent solid lies inside which is not known; "
-            "pass plan=diffwhitted.plan(scene, camera), made outside jit, grad or vmap"
-        )
-    return tuple(sorted(solids, key=lambda i: (size(i), -i)))

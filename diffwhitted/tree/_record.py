@@ -15,51 +15,42 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Int
 
 from ..geometry import (
-    NOTHING,
     Departure,
     Footprint,
     Ray,
     containing,
-    hidden_parts,
-    near_outlines,
+    near_silhouettes,
     nearest,
     nearest_part,
     surface_at,
-)
-from ..illumination import before, sees_light, surfaces_crossed
+)  # fmt: skip
 from ..numerics._stage import empty_buffers, packed, running_count, stage, write_block
 from ..numerics._vector import Vec3, where
 from ..scene import Camera, Tables
-from ._arrival import BRANCHES, PAST, TRANSMITTED, Arrival, Origin, arrival
-from ._beam import arriving, light_beam
+from ._arrival import BRANCHES, PAST, TRANSMITTED, Origin, arrival
+from ._beam import arriving
 from ._branch import branches
 from ._departure import any_ray, departing, parents_of, sides_of
 from ._plan import Plan
 from ._samples import Samples
+from ._shadows import Seen, shadows_at
 from ._truncation import Beyond, followed, left_out
-
-MOST_SHADING = 1
-"""So many objects may hide a light in part; further ones count whole or not at all."""
-CROSSINGS = 2
-"""A straight line meets no shape of this house more often."""
 
 
 class Nodes(eqx.Module):
     """What is discrete about rays, one entry a ray."""
 
-    object: Int[Array, "n"]
-    """The object met; -1 for the background."""
+    primitive: Int[Array, "n"]
+    """The surface met; -1 for the background."""
+    crossing: Int[Array, "n"]
+    """Which of the ray's crossings with it."""
     entering: Bool[Array, "n"]
     outside: Int[Array, "n"] | None
-    """The solid around that object, where media are nested."""
-    visible: tuple[Bool[Array, "n"], ...]
-    """For each light: nothing opaque in between. Empty where nothing casts shadows."""
-    crossed: tuple[tuple[Int[Array, "n"], ...], ...]
-    """For each light and each transparent material: the surfaces in between."""
+    """The solid around the object, where media are nested."""
+    seen: tuple[Seen, ...]
+    """For each group of lights, what they see of the point. Empty where nothing casts shadows."""
     cut: Bool[Array, "n"] | None
-    """The outline of the object cuts the pixel; None where rays have no footprint."""
-    shading: tuple[tuple[Int[Array, "n"], ...], ...]
-    """For each light: the objects that hide part of it from the footprint, -1 for none."""
+    """The silhouette of the surface cuts the pixel; None where rays have no footprint."""
     origin: Origin
 
 
@@ -97,7 +88,7 @@ def follow(
     room = plan.pass_pixels + plan.capacity
     one = jnp.ones(plan.block, tables.ambient.dtype)
     white = Vec3(one, one, one)
-    weighed = light_of is not None or plan.effects.cutoff
+    weighed = light_of is not None or plan.effects.cutoff or plan.zero_weights
     follow_rays = jax.jit(partial(_follow, tables, plan))  # traced once, for its shapes and for its results
 
     def waiting(state):
@@ -116,9 +107,13 @@ def follow(
         if weighed:
             throughput = where(origin.lineage == 0, white, throughput) * factor
         nodes_here, at, children = follow_rays(ray, footprint, sides, origin, alive.any())
-        sends = followed(tables, plan, at, origin.level, throughput, children) if plan.branching else None
+        sends = followed(tables, plan, at, origin.level, throughput, children, alive.any()) if plan.branching else None
         queue = _append(lineage, count, slot, sends, alive) if plan.branching else (lineage, count)
-        lost = left_out(tables, plan, beyond, at, throughput, children, sends) if beyond and plan.branching else None
+        lost = (
+            left_out(tables, plan, beyond, at, throughput, children, sends, alive.any())
+            if beyond and plan.branching
+            else None
+        )
         light = tuple(throughput * part for part in light_of(nodes_here, ray, at, alive.any())) if light_of else None
         seen = light, lost
         film = jax.tree.map(lambda f, a: f.at[origin.sample].add(jnp.where(alive, a, 0)), film, seen)
@@ -162,105 +157,44 @@ def _follow(
     tables: Tables, plan: Plan, ray: Ray, footprint: Footprint | None, departure: Departure, origin: Origin, needed
 ):
     """Find the surface that each ray meets: its node, its arrival, and its children."""
-    object, entering, cut = _meets(tables, ray, footprint, departure, needed)
+    shapes = tables.shapes
+    # Find the closest surface along each ray.
+    primitive, crossing, entering, cut = _meets(tables, ray, footprint, departure, needed)
     if footprint is None:
-        hit, direction, beam = (
-            stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, object, entering),
-            ray.direction,
-            None,
-        )
+        hit = stage(needed, lambda *a: surface_at(shapes, *a), ray, primitive, crossing)
+        direction, beam = ray.direction, None
     else:
-        hit, direction, beam = arriving(tables.shapes, ray, footprint, object, entering, cut, departure, needed)
-    outside = containing(tables.shapes, hit.point, plan.solids, but=object) if plan.effects.nested_media else None
+        hit, direction, beam = arriving(shapes, ray, footprint, primitive, crossing, entering, cut, departure, needed)
+    # Find the solid that surrounds the object, for the index on its outer side.
+    outside = None
+    if plan.effects.nested_media:
+        outside = containing(shapes, hit.point, tables.marks.solids, tables.rank, but=hit.object)
     at = arrival(hit, direction, outside, beam)
-    visible, crossed, shading = _shadows(tables, plan, at, needed)
-    nodes = Nodes(object, entering, outside, visible, crossed, cut, shading, origin)
+    # Find what each light sees of the point, and which rays it sends on.
+    seen = shadows_at(tables, plan, at, needed)
+    nodes = Nodes(primitive, crossing, hit.entering, outside, seen, cut, origin)
     if not plan.branching:
         return nodes, at, None
     return nodes, at, stage(needed, lambda *a: branches(tables, plan, *a), at)
 
 
 def _meets(tables: Tables, ray: Ray, footprint: Footprint | None, departure: Departure, needed):
-    """The object that each ray meets, its side, and whether its outline cuts the pixel."""
-    _, object, entering = stage(needed, lambda *a: nearest(tables.shapes, *a), ray, departure)
+    """The surface that each ray meets, its crossing and, where rays have a footprint, its side and whether its silhouette cuts
+    the pixel."""
+    _, primitive, crossing = stage(needed, lambda *a: nearest(tables.shapes, *a), ray, departure)
     if footprint is None:
-        return object, entering, None
+        return primitive, crossing, None, None
 
     def near(ray, footprint, departure):
-        return near_outlines(tables.shapes, ray, *footprint.reach()) | (departure.passed[0] >= 0)
+        return near_silhouettes(tables.shapes, ray, *footprint.reach()) | (departure.passed[0] >= 0)
+
+    def side(ray, primitive, crossing):
+        return surface_at(tables.shapes, ray, primitive, crossing).entering
 
     doubtful = stage(needed, near, ray, footprint, departure)
-    whole = object, entering, jnp.zeros_like(entering)
+    entering = stage(needed, side, ray, primitive, crossing)
+    whole = primitive, crossing, entering, jnp.zeros_like(entering)
     return packed(doubtful, lambda *a: nearest_part(tables.shapes, *a), whole, ray, footprint, departure)
-
-
-def _shadows(tables: Tables, plan: Plan, at: Arrival, needed):
-    """What each light sees of the points."""
-    if not plan.effects.shadows:
-        return (), (), ()
-    visible, crossed, shading = [], [], []
-    opaque = tuple(not (plan.effects.tinted_shadows and glass) for glass in plan.transparent)
-    # The shading normal faces the eye, so a lit point sees its light on the side that the ray came from.
-    departure = Departure(at.object, ~at.entering)
-    for light in tables.lights:
-        to_light, distance, _ = stage(needed, light.arriving, at.point)
-        ray, parts = Ray(at.point, to_light), ()
-        sees = stage(needed, lambda *a: sees_light(tables.shapes, *a, opaque), ray, departure, distance)
-        if at.beam is not None:
-            sees, parts = _hidden(tables, light, ray, at.beam.footprint, departure, distance, opaque, sees, needed)
-            shading.append(parts)
-        visible.append(sees)
-        if plan.effects.tinted_shadows:
-            crossed.append(
-                tuple(
-                    surfaces_crossed(tables.shapes, ray, departure, distance, objects, parts).astype(
-                        _count_type(objects)
-                    )
-                    for objects in glass_by_material(plan).values()
-                )
-            )
-    return tuple(visible), tuple(crossed), tuple(shading)
-
-
-def _hidden(
-    tables: Tables,
-    light,
-    ray: Ray,
-    footprint: Footprint,
-    departure: Departure,
-    distance,
-    opaque: tuple[bool, ...],
-    sees,
-    needed,
-):
-    """Does some of the footprint see the light past all that hides it from the whole of it, and which objects hide it in part?"""
-
-    def near(ray, footprint):
-        return near_outlines(tables.shapes, ray, footprint.reach()[0], 0.0)
-
-    def look(ray, footprint, departure, distance):
-        beam = light_beam(light, ray.origin, footprint)
-        hidden, parts = hidden_parts(tables.shapes, ray, beam, departure, before(distance), opaque, MOST_SHADING)
-        return ~hidden, parts
-
-    nobody = jnp.full(sees.shape, NOTHING, jnp.int32)
-    doubtful = stage(needed, near, ray, footprint)
-    return packed(doubtful, look, (sees, (nobody,) * MOST_SHADING), ray, footprint, departure, distance)
-
-
-def _count_type(objects: tuple[bool, ...]):
-    return jnp.int8 if most_crossed(objects) < 128 else jnp.int32
-
-
-def most_crossed(objects: tuple[bool, ...]) -> int:
-    """How many surfaces of these objects a straight line can cross."""
-    return CROSSINGS * sum(objects)
-
-
-def glass_by_material(plan: Plan) -> dict[int, tuple[bool, ...]]:
-    """The transparent materials, each with the objects made of it."""
-    materials = sorted({m for m, glass in zip(plan.material_of, plan.transparent, strict=True) if glass})
-    return {m: tuple(g and n == m for n, g in zip(plan.material_of, plan.transparent, strict=True)) for m in materials}
 
 
 def _append(lineage, count, parent, sends, alive):

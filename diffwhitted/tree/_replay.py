@@ -29,7 +29,7 @@ from ._truncation import Beyond
 def light_of(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed) -> Vec3:
     """The light that rays bring from what they meet, surface or background."""
     light = where(
-        nodes.object >= 0, local_radiance(tables, plan, nodes, at, needed), tables.background.seen(at.direction)
+        nodes.primitive >= 0, local_radiance(tables, plan, nodes, at, needed), tables.background.seen(at.direction)
     )
     return light if at.beam is None else light * at.beam.edge.share
 
@@ -93,12 +93,11 @@ def replay(
 
 def _arrived(tables: Tables, plan: Plan, nodes: Nodes, ray: Ray, footprint: Footprint | None, needed) -> Arrival:
     """How a ray arrives at its recorded surface."""
+    surface = nodes.primitive, nodes.crossing, nodes.entering
     if footprint is None:
-        hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, nodes.object, nodes.entering)
+        hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, *surface)
         return arrival(hit, ray.direction, nodes.outside, None)
-    hit, direction, beam = arriving(
-        tables.shapes, ray, footprint, nodes.object, nodes.entering, nodes.cut, None, needed
-    )
+    hit, direction, beam = arriving(tables.shapes, ray, footprint, *surface, nodes.cut, None, needed)
     return arrival(hit, direction, nodes.outside, beam)
 
 
@@ -131,7 +130,7 @@ def trace_beside_small(
 
     def both(nodes: Nodes, ray: Ray, at: Arrival, needed):
         reach = length(ray.origin - vec3(camera.look_from)) * apart
-        limit = jnp.where(nodes.object < 0, jnp.inf, length(at.point - ray.origin))
+        limit = jnp.where(nodes.primitive < 0, jnp.inf, length(at.point - ray.origin))
         beside = stage(
             needed, lambda *a: beside_small(tables.shapes, *a), ray, reach, apart * jnp.ones_like(reach), limit
         )

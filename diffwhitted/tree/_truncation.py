@@ -13,25 +13,33 @@ from jaxtyping import Array, Bool, Int
 from ..numerics._vector import Vec3, lookup, where
 from ..scene import Tables
 from ._arrival import TRANSMITTED, Arrival
-from ._branch import share
 from ._plan import Plan
+from ._weights import weighed_point, weight
 
 Children = tuple[Int[Array, "n"], Bool[Array, "n"], Bool[Array, "n"] | None]
 """The mirror child (0 for none, else its branch), whether there is a transmitted one, and one that runs past."""
 
 
 def followed(
-    tables: Tables, plan: Plan, at: Arrival, level: Int[Array, "n"], throughput: Vec3 | None, children: Children
+    tables: Tables, plan: Plan, at: Arrival, level: Int[Array, "n"], throughput: Vec3 | None, children: Children, needed
 ) -> Children:
-    """Those of the children that are followed. What runs past an outline is no deeper than its parent, and always is."""
+    """Those of the children that are followed. What runs past a silhouette is no deeper than its parent, and always is.
+
+    A branch that weighs nothing is followed for the derivative in its weight, but not where its parent carries nothing either:
+    no first derivative comes from there.
+    """
     mirror, through, past = children
     deeper = level < (plan.max_depth if tables.max_depth is None else tables.max_depth)
     keep_mirror = keep_through = deeper
+    if plan.effects.cutoff or plan.zero_weights:
+        point, transmitted = weighed_point(tables, plan, at, needed), jnp.full_like(mirror, TRANSMITTED)
+        weights = weight(plan, point, mirror), weight(plan, point, transmitted)
+    if plan.zero_weights:
+        alive = _brightest(throughput) > 0
+        keep_mirror, keep_through = (deeper & (alive | (_brightest(w) > 0)) for w in weights)
     if plan.effects.cutoff:
-        keep_mirror, keep_through = (
-            deeper & (_brightest(throughput * share(tables, plan, at.object, branch)) >= tables.cutoff)
-            for branch in (mirror, jnp.full_like(mirror, TRANSMITTED))
-        )
+        enough = [_brightest(throughput * w) >= tables.cutoff for w in weights]
+        keep_mirror, keep_through = keep_mirror & enough[0], keep_through & enough[1]
     return jnp.where(keep_mirror, mirror, 0), through & keep_through, past
 
 
@@ -43,15 +51,22 @@ class Beyond(eqx.Module):
 
 
 def left_out(
-    tables: Tables, plan: Plan, beyond: Beyond, at: Arrival, throughput: Vec3, children: Children, kept: Children
+    tables: Tables,
+    plan: Plan,
+    beyond: Beyond,
+    at: Arrival,
+    throughput: Vec3,
+    children: Children,
+    kept: Children,
+    needed,
 ) -> Vec3:
     """The most light that the children that are not followed could bring; where no finite amount is known, infinite."""
-    transmitted = jnp.full_like(children[0], TRANSMITTED)
+    point, transmitted = weighed_point(tables, plan, at, needed), jnp.full_like(children[0], TRANSMITTED)
     mirror, through = ((children[0] > 0) & (kept[0] == 0), children[0]), (children[1] & ~kept[1], transmitted)
     out, into = lookup(beyond.outwards, at.object), lookup(beyond.inwards, at.object)
-    total = throughput * 0
+    total = jax.tree.map(jnp.zeros_like, throughput)
     for (gone, branch), most in ((mirror, where(at.entering, out, into)), (through, where(at.entering, into, out))):
-        carried = throughput * share(tables, plan, at.object, branch)
+        carried = throughput * weight(plan, point, branch)
         # Where nothing is carried nothing is left out, be the most infinite.
         total = total + jax.tree.map(lambda c, m, gone=gone: jnp.where(gone & (c > 0), c * m, 0), carried, most)
     return total

@@ -167,13 +167,13 @@ def record_part(scene: Scene, unknowns: tuple[Unknown, ...], values, part: Part)
                 for u, v in zip(unknowns, values, strict=True)
             ]
         )
-    tables = tabulate(insert(scene, unknowns, values))
+    tables = tabulate(insert(scene, unknowns, values), part.marks)
     return jax.lax.map(lambda place: record(tables, part.camera, part.plan, part.samples(place)), part.places)
 
 
 def _film(scene: Scene, part: Part, trees: Record) -> Float[Array, "3 pixels"]:
     """The pixels of one part, averaged over the samples."""
-    tables = tabulate(scene)
+    tables = tabulate(scene, part.marks)
 
     def one_sample(sample):
         tree, place = sample

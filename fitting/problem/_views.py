@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from diffwhitted.image import dealt, gathered
-from diffwhitted.scene import Camera
+from diffwhitted.scene import Camera, Marks
 from diffwhitted.tree import Plan, Record, Samples, sample_places
 
 PART_PIXELS, PART_RAYS = 20_000, 2_000
@@ -36,6 +36,8 @@ class Part(eqx.Module):
     """Of the square that a sample stands for, in pixels."""
     trees: Record | None
     """The recorded trees (samples, ...); None where rays move, so that each evaluation records."""
+    marks: Marks
+    """Of the scene, whose values are traced in the programs of a fit."""
     plan: Plan = eqx.field(static=True)
 
     def samples(self, place: Float[Array, "2"]) -> Samples:
@@ -67,6 +69,7 @@ def view_of(
     places: Float[Array, "groups samples 2"],
     side: float,
     plan: Plan,
+    marks: Marks,
     step: int = 1,
 ) -> View:
     """A target without trees, whose samples stand for squares of `side` pixels; `step`: see `View`."""
@@ -88,6 +91,7 @@ def view_of(
             group,
             jnp.asarray(side, dtype),
             None,
+            marks,
             plan,
         )
         for group in places
@@ -108,7 +112,7 @@ def coarser(view: View, step: int) -> View:
     image = np.divide(_squares(weighted, step), total, out=np.zeros((*total.shape[:2], 3)), where=total > 0)
     part = view.parts[0]
     middle = jnp.full_like(part.places, step / 2)[None]
-    return view_of(part.camera, image, np.sqrt(total[..., 0]), middle, step, part.plan, step)
+    return view_of(part.camera, image, np.sqrt(total[..., 0]), middle, step, part.plan, part.marks, step)
 
 
 def _squares(picture: np.ndarray, step: int) -> np.ndarray:

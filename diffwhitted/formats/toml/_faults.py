@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from pydantic import ValidationError
 
 from ..._errors import SceneError
-from ._schema import SceneFile, scene_schema
+from ._schema import models, scene_schema
 
 ELSEWHERE = {
     "center": "centre",
@@ -166,7 +166,7 @@ def _advice(kind: str, value, node: dict) -> str:
 
 
 def _unknown_key(path: list, value, likely: str | None, node: dict, document: dict) -> str:
-    tables = {key: f"[{key}]" if key == "scene" else f"[[{key}]]" for key in SceneFile.model_fields}
+    tables = {key: f"[{key}]" if key == "scene" else f"[[{key}]]" for key in models().file.model_fields}
     if len(path) == 1:
         guess = f" Did you mean {tables[likely]}?" if likely else ""
         if not isinstance(value, (dict, list)):

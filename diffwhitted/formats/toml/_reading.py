@@ -10,33 +10,14 @@ import tomlkit
 from pydantic import ValidationError
 
 from ..._errors import SceneError
-from ...scene import (
-    Checker,
-    ConstantBackground,
-    DirectionalLight,
-    GradientBackground,
-    Plane,
-    PointLight,
-    Polygon,
-    Precision,
-    Scene,
-    Sphere,
-    float_dtype,
-    nearest_name,
-)
-from . import _schema as schema
+from ...records import Registry, nearest_name
+from ...scene import BACKGROUNDS, LIGHTS, OBJECTS, TEXTURES, Precision, Scene, float_dtype
+from ...scene.backgrounds import ConstantBackground, GradientBackground
 from ._faults import faults_of, ordinal, place, scene_error, shown
+from ._schema import Entry, GradientTable, models, written
 
 LARGEST_FILE = 64 * 2**20
 """Bytes; a larger file is refused before it is read."""
-ENTRIES = {
-    PointLight: schema.PointEntry,
-    DirectionalLight: schema.DirectionalEntry,
-    Checker: schema.CheckerEntry,
-    Sphere: schema.SphereEntry,
-    Plane: schema.PlaneEntry,
-    Polygon: schema.PolygonEntry,
-}
 
 
 def load_scene(path: str | os.PathLike, *, precision: Precision = "float32") -> Scene:
@@ -54,7 +35,7 @@ def parse_scene(text: str, *, source: str = "scene", precision: Precision = "flo
     document = _document(text, source)
     dtype = float_dtype(precision)
     try:
-        file = schema.SceneFile.model_validate(document)
+        file = models().file.model_validate(document)
     except ValidationError as error:
         raise scene_error(source, faults_of(error, document)) from None
     return _scene(file, dtype, source)
@@ -84,16 +65,20 @@ def scene_text(scene: Scene, *, source: str = "scene") -> str:
 
     Raises `SceneError` for what could not be read back, such as NaN or a value outside its interval.
     """
+    tables = models()
     plain = {
-        "scene": schema.SettingsEntry.plain(scene, background=_plain_background(scene.background)),
-        "camera": [schema.CameraEntry.plain(camera, name=name) for name, camera in scene.cameras.items()],
-        "light": [_plain(light) for light in scene.lights],
-        "texture": [_plain(texture, name=name) for name, texture in scene.textures.items()],
-        "material": [schema.MaterialEntry.plain(material, name=name) for name, material in scene.materials.items()],
-        "object": [_plain(thing, **_triangle(thing)) for thing in scene.objects],
+        "scene": tables.settings.plain(scene, background=_plain_background(scene.background)),
+        "camera": [tables.camera.plain(camera, name=name) for name, camera in scene.cameras.items()],
+        "light": [
+            _plain(LIGHTS, tables.light, light, name=None if light.name == f"light_{number}" else light.name)
+            for number, light in enumerate(scene.lights, 1)
+        ],
+        "texture": [_plain(TEXTURES, tables.texture, texture, name=name) for name, texture in scene.textures.items()],
+        "material": [tables.material.plain(material, name=name) for name, material in scene.materials.items()],
+        "object": [_plain(OBJECTS, tables.object, thing) for thing in scene.objects],
     }
     try:
-        file = schema.SceneFile.model_validate(plain)
+        file = models().file.model_validate(plain)
     except ValidationError as error:
         raise scene_error(source, faults_of(error, plain)) from None
     _scene(file, scene.dtype, source)
@@ -155,7 +140,7 @@ def _broken(message: str, text: str, source: str) -> str:
     return f"{source}: line {line}, column {column}: broken TOML: {what}; the line is {said}"
 
 
-def _scene(file: schema.SceneFile, dtype, source: str) -> Scene:
+def _scene(file, dtype, source: str) -> Scene:
     faults = []
 
     def records(table: str) -> list:
@@ -200,40 +185,33 @@ def _repeated(table: str, names: list[str]) -> list[str]:
     ]
 
 
-def _settings(settings: schema.SettingsEntry, dtype) -> dict:
-    if isinstance(settings.background, schema.GradientTable):
-        colours = settings.background.value("gradient", "scene: background", dtype)
-        background = GradientBackground(*colours, place="scene")
-    else:
-        background = ConstantBackground(settings.value("background", "scene", dtype), place="scene")
+def _settings(settings: Entry, dtype) -> dict:
     rest = {key: settings.value(key, "scene", dtype) for key in type(settings).model_fields if key != "background"}
-    return dict(background=background, **rest)
+    return dict(background=_background(settings, dtype), **rest)
+
+
+def _background(settings: Entry, dtype):
+    stated = settings.background
+    if isinstance(stated, GradientTable):
+        return GradientBackground(*stated.value("gradient", "scene: background", dtype), place="scene")
+    if isinstance(stated, Entry):
+        return stated.record("scene: background", dtype)
+    return ConstantBackground(settings.value("background", "scene", dtype), place="scene")
 
 
 def _plain_background(background):
+    """As files have it: a colour, a gradient, or a table with the type."""
     match background:
         case ConstantBackground(colour=colour):
-            return schema.written(colour)
+            return written(colour)
         case GradientBackground(bottom=bottom, top=top):
-            return {"gradient": [schema.written(bottom), schema.written(top)]}
-    raise _unwritable(background, (ConstantBackground, GradientBackground))
+            return {"gradient": [written(bottom), written(top)]}
+    return _plain(BACKGROUNDS, models().background, background)
 
 
-def _plain(record, **stated) -> dict:
-    if type(record) not in ENTRIES:
-        raise _unwritable(record, ENTRIES)
-    return ENTRIES[type(record)].plain(record, **stated)
-
-
-def _unwritable(record, known) -> SceneError:
-    return SceneError(
-        f"a {type(record).__name__} cannot be written to a scene file; allowed are "
-        f"{', '.join(kind.__name__ for kind in known)}"
-    )
-
-
-def _triangle(thing) -> dict:
-    return {"type": "triangle"} if isinstance(thing, Polygon) and len(thing.vertices) == 3 else {}
+def _plain(registry: Registry, entries: Mapping[str, type[Entry]], record, **stated) -> dict:
+    registry.check(record, "this cannot be written to a scene file")
+    return entries[record.written_type()].plain(record, **stated)
 
 
 def _dumped(plain: Mapping) -> str:

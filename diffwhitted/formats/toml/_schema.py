@@ -1,71 +1,32 @@
 """The scene file as models: which keys there are, and of what kind.
 
-Keys are the names of the fields of the records in `diffwhitted.scene`, so that one pair of methods
-reads and writes every entry: a new object, light or texture is one class here. The models check the
-kind and length of what a file says; whether a value is allowed is for the records to say, and the
-limits here serve the exported JSON Schema.
+Keys are the rows of the records in `diffwhitted.scene` and `diffwhitted.shapes`, kind by kind from their registries, so that
+one pair of methods reads and writes every entry. The models check the kind and length of what a file says; whether a value is
+allowed is for the records to say, and the limits here serve the exported JSON Schema.
 """
 
-import dataclasses
-import math
-from typing import Annotated, ClassVar, Literal, get_args
+import functools
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, create_model
+from pydantic import BaseModel, Discriminator, Field, Tag, create_model
 
 from ..._errors import SceneError
+from ...records import Registry, Row, shortest
 from ...scene import (
-    COEFFICIENTS,
+    BACKGROUNDS,
+    LIGHTS,
+    OBJECTS,
+    TEXTURES,
     Camera,
-    Checker,
-    Coefficient,
-    DirectionalLight,
     HighlightModel,
     Material,
-    Plane,
-    PointLight,
-    Polygon,
     ShadowModel,
-    Sphere,
     TotalReflection,
-    shortest,
+    coefficients,
+    textured_rows,
 )
-
-
-def _number(**limits):
-    return Annotated[float, Field(allow_inf_nan=False, json_schema_extra=limits)]
-
-
-def _list(item, shortest: int, longest: int | None = None):
-    return Annotated[list[item], Field(min_length=shortest, max_length=longest)]
-
-
-def _or_colour(number):
-    """A number, or linear RGB; the kind of the value decides which of the two is checked."""
-    return Annotated[
-        Annotated[number, Tag("number")] | Annotated[_list(number, 3, 3), Tag("colour")],
-        Discriminator(lambda value: "colour" if isinstance(value, list) else "number"),
-    ]
-
-
-def _optional(description: str):
-    """A key that may be absent; TOML has no null, so the JSON Schema states no default."""
-    return Field(None, description=description, json_schema_extra=lambda schema: schema.pop("default", None))
-
-
-KEYS = ConfigDict(
-    extra="forbid",
-    strict=True,
-    field_title_generator=lambda key, _: key,
-    model_title_generator=lambda model: model.__name__.removesuffix("Entry").lower(),
-)
-Number = _number()
-Vector = _list(Number, 3, 3)
-Colour = _list(_number(minimum=0), 3, 3)
-Name = Annotated[str, Field(min_length=1)]
-Pixels = Annotated[int, Field(json_schema_extra={"minimum": 1, "maximum": 32768})]
-ObjectName = Annotated[Name, Field(description="Name of the object, one of a kind.")]
-MaterialName = Annotated[str, Field(description="Name of a material of this file.")]
+from ._keys import KEYS, Colour, MaterialName, Name, ObjectName, Pixels, key, listed, number, optional
 
 
 def written(array):
@@ -73,9 +34,9 @@ def written(array):
     array = np.asarray(array)
     if array.ndim:
         return [written(part) for part in array]
-    number = array[()]
-    short = shortest(number)
-    return short if array.dtype.type(short) == number else float(number)
+    one = array[()]
+    short = shortest(one)
+    return short if array.dtype.type(short) == one else float(one)
 
 
 class Entry(BaseModel):
@@ -83,10 +44,13 @@ class Entry(BaseModel):
 
     model_config = KEYS
     made: ClassVar[type]
+    takes_name: ClassVar[bool] = False
+    """The record holds its own name."""
 
     def record(self, place: str, dtype):
         """The record, its arrays of `dtype`; raises `SceneError`, which begins with `place`."""
-        fields = [field.name for field in dataclasses.fields(self.made) if field.name in type(self).model_fields]
+        left_out = {"type"} if self.takes_name else {"type", "name"}
+        fields = [field for field in type(self).model_fields if field not in left_out]
         return self.made(
             place=place,
             **{field: self.value(field, place, dtype) for field in fields if getattr(self, field) is not None},
@@ -118,169 +82,154 @@ class Entry(BaseModel):
             for field, value in held.items()
             if value is not None
         }
-        return {field: values[field] for field in cls.model_fields if field in values}
+        return {field: values[field] for field in cls.model_fields if values.get(field) is not None}
 
 
 class GradientTable(Entry):
     """A background that changes with the height of the direction."""
 
-    gradient: _list(Colour, 2, 2) = Field(description="Linear RGB straight down, then straight up.")
+    gradient: listed(Colour, 2, 2) = Field(description="Linear RGB straight down, then straight up.")
 
 
-class SettingsEntry(Entry):
-    """How light is treated, and what surrounds the scene."""
-
-    background: Annotated[
-        Annotated[Colour, Tag("colour")] | Annotated[GradientTable, Tag("gradient table")],
-        Discriminator(lambda value: "gradient table" if isinstance(value, (dict, GradientTable)) else "colour"),
-    ] = Field([0.0, 0.0, 0.0], description="Linear RGB, or { gradient = [bottom, top] }.")
-    ambient: Colour = Field([1.0, 1.0, 1.0], description="Ambient light I_a, linear RGB; multiplies k_a.")
-    max_depth: int = Field(
-        5,
-        json_schema_extra={"minimum": 1, "maximum": 64},
-        description=(
-            "Longest path from the camera; the camera ray is depth 1, a ray past the last depth returns black."
-        ),
-    )
-    total_internal_reflection: TotalReflection = Field(
-        "full", description=("full: all light goes to the mirror ray; whitted: T = 0 and k_s stays.")
-    )
-    shadows: ShadowModel = Field("opaque", description="tinted: each surface crossed multiplies the light by its k_t.")
-    cutoff: _number(minimum=0, exclusiveMaximum=1) = Field(
-        0, description=("A branch that would carry less than this in every channel is not followed; 0: all are.")
-    )
-    footprint: int = Field(
-        0,
-        json_schema_extra={"minimum": 0, "maximum": 64},
-        description=("k: k x k trees a pixel, whose rays average what they meet over their share of it; 0: points."),
-    )
+def _entry(table: str, kind, rows: tuple[Row, ...], takes_name: bool = False, **keys) -> type[Entry]:
+    """The model of the table of a kind."""
+    first = {name: keys.pop(name) for name in ("name", "type") if name in keys}
+    fields: dict[str, Any] = first | {row.name: key(row) for row in rows} | keys
+    meaning = (kind.__doc__ or "").strip().split("\n\n")[0].replace("\n    ", " ")
+    made = create_model(f"{table.capitalize()}Entry", __base__=Entry, __doc__=meaning, **fields)
+    made.made, made.takes_name = kind, takes_name
+    return made
 
 
-class CameraEntry(Entry):
-    """A pinhole camera."""
-
-    made = Camera
-    name: Name = Field("main", description="Name of the camera, one of a kind.")
-    look_from: Vector = Field(description="Position of the pinhole, metres.")
-    look_at: Vector = Field(description="A point in the middle of the picture, metres.")
-    up: Vector = Field([0.0, 1.0, 0.0], description="Direction that is up in the picture.")
-    vfov_deg: _number(exclusiveMinimum=0, exclusiveMaximum=180) = Field(
-        description="Full vertical angle of view, degrees."
-    )
-    width: Pixels = Field(description="Columns of the picture.")
-    height: Pixels = Field(description="Rows of the picture.")
+def _entries(registry: Registry, takes_name: bool, **keys) -> dict[str, type[Entry]]:
+    """The models of a family, by the type that a file states."""
+    return {
+        name: _entry(name, kind, rows, takes_name, **keys, type=(Literal[name], ...))
+        for kind in registry
+        for name, rows in {kind.TYPE: kind.ROWS, **kind.ALSO}.items()
+    }
 
 
-class PointEntry(Entry):
-    """A point that shines alike in all directions."""
-
-    made = PointLight
-    type: Literal["point"]
-    position: Vector = Field(description="Where the light is, metres.")
-    colour: Colour = Field(description="Linear RGB.")
-    attenuation: _list(_number(minimum=0), 3, 3) = _optional(
-        "a0, a1 (1/m), a2 (1/m^2): the colour is multiplied by min(1, 1 / (a0 + a1 d + a2 d^2)); no fade without it."
-    )
+def _one_of(entries: dict[str, type[Entry]]):
+    """One table of these, as its `type` says."""
+    models = tuple(entries.values())
+    return models[0] if len(models) == 1 else Annotated[functools.reduce(lambda a, b: a | b, models), _BY_TYPE]
 
 
-class DirectionalEntry(Entry):
-    """A light at infinity."""
-
-    made = DirectionalLight
-    type: Literal["directional"]
-    direction: Vector = Field(description="Towards the light; any length but zero.")
-    colour: Colour = Field(description="Linear RGB.")
+_BY_TYPE = Field(discriminator="type")
 
 
-class CheckerEntry(Entry):
-    """The first colour where floor(x/s) + floor(y/s) + floor(z/s), over the listed axes, is even."""
+def _background(tables: dict[str, type[Entry]]):
+    """A colour, a table with a gradient, or a table whose type names another background."""
 
-    made = Checker
-    name: Name = Field(description="Name of the texture, one of a kind.")
-    type: Literal["checker"]
-    colours: _list(Colour, 2, 2) = Field(description="Two linear RGB colours, even first.")
-    size: _number(exclusiveMinimum=0) = Field(1.0, description="Edge s of a cell, metres.")
-    axes: str = Field("xyz", description="The axes that are counted.", json_schema_extra={"pattern": "^[xyz]{1,3}$"})
+    def kind_of(value):
+        if isinstance(value, dict):
+            return value.get("type", "gradient table") if "type" in value else "gradient table"
+        if isinstance(value, Entry):
+            return getattr(value, "type", "gradient table")
+        return "colour"
 
-
-def _coefficient(row: Coefficient):
-    number = _number(minimum=row.lowest, **({"maximum": row.highest} if math.isfinite(row.highest) else {}))
-    description = f"{row.symbol}: {row.meaning}; unit {row.unit}. {row.source}."
-    field = _optional(description) if row.default is None else Field(row.default, description=description)
-    return _or_colour(number) if row.coloured else number, field
+    kinds = Annotated[Colour, Tag("colour")] | Annotated[GradientTable, Tag("gradient table")]
+    for name, table in tables.items():
+        kinds = kinds | Annotated[table, Tag(name)]
+    return Annotated[kinds, Discriminator(kind_of)]
 
 
-MaterialEntry = create_model(
-    "MaterialEntry",
-    __base__=Entry,
-    __doc__="What a surface is made of; a coefficient is a number or linear RGB.",
-    name=(Name, Field(description="Name of the material, one of a kind.")),
-    **{row.name: _coefficient(row) for row in COEFFICIENTS},
-    highlight=(HighlightModel, Field("halfway", description="halfway: (N.H)^n; reflected: (V.R)^n; off: none.")),
-    k_a_texture=(str, _optional("Name of a texture that multiplies k_a.")),
-    k_d_texture=(str, _optional("Name of a texture that multiplies k_d.")),
-)
-MaterialEntry.made = Material
+class FileModels:
+    """The models of all tables, for the kinds that are registered at the time."""
+
+    def __init__(self):
+        named = {"name": (ObjectName, ...), "material": (MaterialName, ...)}
+        self.object = _entries(OBJECTS, True, **named)
+        self.light = _entries(
+            LIGHTS, True, name=(str, optional("Name of the light, one of a kind; light_1, ... by default."))
+        )
+        self.texture = _entries(TEXTURES, False, name=(Name, Field(description="Name of the texture, one of a kind.")))
+        self.background = {name: entry for name, entry in _entries(BACKGROUNDS, False).items() if not entry.made.SHORT}
+        self.camera = _entry(
+            "camera",
+            Camera,
+            Camera.ROWS,
+            name=(Name, Field("main", description="Name of the camera, one of a kind.")),
+            width=(Pixels, Field(description="Columns of the picture.")),
+            height=(Pixels, Field(description="Rows of the picture.")),
+        )
+        self.material = _entry(
+            "material",
+            Material,
+            (),
+            name=(Name, Field(description="Name of the material, one of a kind.")),
+            **{row.name: _coefficient(row) for row in coefficients()},
+            highlight=(
+                HighlightModel,
+                Field("halfway", description="halfway: (N.H)^n; reflected: (V.R)^n; off: none."),
+            ),
+            **{
+                f"{row.name}_texture": (str, optional(f"Name of a texture that multiplies {row.name}."))
+                for row in textured_rows()
+            },
+        )
+        self.material.__doc__ = "What a surface is made of; a coefficient is a number or linear RGB."
+        self.settings = _settings(_background(self.background))
+        self.file = self._file()
+
+    def _file(self) -> type[BaseModel]:
+        """The whole file."""
+        tables = {
+            "camera": (self.camera, "Points of view."),
+            "light": (_one_of(self.light), "Sources of light."),
+            "texture": (_one_of(self.texture), "Patterns that multiply a coefficient."),
+            "material": (self.material, "What objects are made of."),
+            "object": (_one_of(self.object), "What is there."),
+        }
+        fields: dict[str, Any] = {
+            "scene": (self.settings, Field(self.settings(), description="Settings of the whole scene."))
+        }
+        fields |= {name: (list[entry], Field([], description=text)) for name, (entry, text) in tables.items()}
+        doc = "A scene for diffwhitted. Right-handed, y up; metres, degrees, linear Rec. 709 RGB."
+        return create_model("SceneFile", __doc__=doc, __config__=KEYS, **fields)
 
 
-class SphereEntry(Entry):
-    """A sphere."""
-
-    made = Sphere
-    name: ObjectName
-    type: Literal["sphere"]
-    centre: Vector = Field(description="Centre, metres.")
-    radius: _number(exclusiveMinimum=0) = Field(description="Radius, metres.")
-    material: MaterialName
+def _coefficient(row: Row):
+    meaning = f"{row.symbol}: {row.meaning}; unit {row.unit}. {row.source}."
+    annotation, _ = key(row)
+    return annotation, optional(meaning) if row.default is None else Field(row.default, description=meaning)
 
 
-class PlaneEntry(Entry):
-    """The plane normal.x = offset; its inside is the side that the normal points away from."""
-
-    made = Plane
-    name: ObjectName
-    type: Literal["plane"]
-    normal: Vector = Field(description="Any length but zero.")
-    offset: Number = Field(description="Metres, where the normal has unit length.")
-    material: MaterialName
-
-
-class PolygonEntry(Entry):
-    """A plane polygon."""
-
-    made = Polygon
-    name: ObjectName
-    type: Literal["polygon"]
-    vertices: _list(Vector, 3) = Field(description="Metres, counter-clockwise seen from outside.")
-    material: MaterialName
-
-
-class TriangleEntry(Entry):
-    """A triangle."""
-
-    made = Polygon
-    name: ObjectName
-    type: Literal["triangle"]
-    vertices: _list(Vector, 3, 3) = Field(description="Metres, counter-clockwise seen from outside.")
-    material: MaterialName
+def _settings(background) -> type[Entry]:
+    """The table [scene]."""
+    depth, trees = {"minimum": 1, "maximum": 64}, {"minimum": 0, "maximum": 64}
+    return create_model(
+        "SettingsEntry",
+        __base__=Entry,
+        __doc__="How light is treated, and what surrounds the scene.",
+        background=(background, Field([0.0, 0.0, 0.0], description="Linear RGB, or { gradient = [bottom, top] }.")),
+        ambient=(Colour, Field([1.0, 1.0, 1.0], description="Ambient light I_a, linear RGB; multiplies k_a.")),
+        max_depth=(int, Field(5, json_schema_extra=depth, description=(
+            "Longest path from the camera; the camera ray is depth 1, a ray past the last depth returns black."))),
+        total_internal_reflection=(TotalReflection, Field("full", description=(
+            "full: all light goes to the mirror ray; whitted: T = 0 and k_s stays."))),
+        shadows=(ShadowModel, Field("opaque", description=(
+            "tinted: each surface crossed multiplies the light by its k_t."))),
+        cutoff=(number(minimum=0, exclusiveMaximum=1), Field(0, description=(
+            "A branch that would carry less than this in every channel is not followed; 0: all are."))),
+        footprint=(int, Field(0, json_schema_extra=trees, description=(
+            "k: k x k trees a pixel, whose rays average what they meet over their share of it; 0: points."))),
+    )  # fmt: skip
 
 
-class SceneFile(BaseModel):
-    """A scene for diffwhitted. Right-handed, y up; metres, degrees, linear Rec. 709 RGB."""
+_made: dict[tuple, FileModels] = {}
 
-    model_config = KEYS
-    scene: SettingsEntry = Field(SettingsEntry(), description="Settings of the whole scene.")
-    camera: list[CameraEntry] = Field([], description="Points of view.")
-    light: list[Annotated[PointEntry | DirectionalEntry, Field(discriminator="type")]] = Field(
-        [], description="Sources of light."
-    )
-    texture: list[CheckerEntry] = Field([], description="Patterns that multiply a coefficient.")
-    material: list[MaterialEntry] = Field([], description="What objects are made of.")
-    object: list[Annotated[SphereEntry | PlaneEntry | PolygonEntry | TriangleEntry, Field(discriminator="type")]] = (
-        Field([], description="What is there.")
-    )
+
+def models() -> FileModels:
+    """The models for what is registered now; made once for each such set."""
+    registered = (*OBJECTS, *LIGHTS, *TEXTURES, *BACKGROUNDS, *coefficients())
+    if registered not in _made:
+        _made.clear()
+        _made[registered] = FileModels()
+    return _made[registered]
 
 
 def scene_schema() -> dict:
     """The JSON Schema (draft 2020-12) of a scene file, for editors and for programs that write scenes."""
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | SceneFile.model_json_schema()
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | models().file.model_json_schema()

@@ -1,31 +1,25 @@
-"""What a ray sees that meets nothing. A new background is a record here."""
+"""A sky that changes with the height."""
 
-import equinox as eqx
+from typing import ClassVar
+
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..numerics._vector import Vec3, vec3
-from ._checks import number_array, require
+from ...numerics._vector import Vec3, vec3
+from ...records import Row, number_array, require
+from ._background import AbstractBackground
+from ._constant import ConstantBackground
 
 
-class ConstantBackground(eqx.Module):
-    """One linear RGB colour in every direction."""
-
-    colour: Float[Array, "3"]
-
-    def __init__(self, colour, place: str = "scene"):
-        self.colour = number_array(colour, place, "background", ((3,),))
-        require(lambda c: (c >= 0).all(), place, "background", self.colour, ">= 0")
-
-    def seen(self, direction: Vec3) -> Vec3:
-        return vec3(self.colour) * (direction.x * 0 + 1)
-
-    def brightest(self) -> np.ndarray:
-        return np.asarray(self.colour, np.float64)
-
-
-class GradientBackground(eqx.Module):
+class GradientBackground(AbstractBackground):
     """From `bottom` straight down to `top` straight up, linear in the height (1 + u_y) / 2 of the direction."""
+
+    TYPE: ClassVar[str] = "gradient"
+    SHORT: ClassVar[bool] = True
+    ROWS: ClassVar[tuple[Row, ...]] = (
+        Row("bottom", "colour", "Linear RGB straight down.", lowest=0),
+        Row("top", "colour", "Linear RGB straight up.", lowest=0),
+    )
 
     bottom: Float[Array, "3"]
     top: Float[Array, "3"]
@@ -43,5 +37,5 @@ class GradientBackground(eqx.Module):
     def brightest(self) -> np.ndarray:
         return np.maximum(np.asarray(self.bottom, np.float64), np.asarray(self.top, np.float64))
 
-
-Background = ConstantBackground | GradientBackground
+    def plain(self) -> ConstantBackground:
+        return ConstantBackground(self.top)

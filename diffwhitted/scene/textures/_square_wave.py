@@ -9,8 +9,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..numerics._coverage import Linear, coverage, joint_coverage
-from ..numerics._stage import stage
+from ...numerics._coverage import Linear, coverage, joint_coverage
+from ...numerics._stage import stage
 
 STRIPS = 4
 STRAIGHT = 0.05

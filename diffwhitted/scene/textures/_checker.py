@@ -1,19 +1,31 @@
-"""Patterns that multiply a coefficient. A new pattern is a record here."""
+"""Checkerboards."""
+
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from .._errors import SceneError
-from ..numerics._coverage import Linear
-from ..numerics._vector import Vec3, vec3, where
-from ._checks import number_array, require
+from ..._errors import SceneError
+from ...numerics._coverage import Linear
+from ...numerics._vector import Vec3, vec3, where
+from ...records import Row, number_array, require
 from ._square_wave import cell_mean, checker_mean, may_vary
+from ._texture import AbstractTexture
 
 
-class Checker(eqx.Module):
+class Checker(AbstractTexture):
     """The first colour where floor(x/s) + floor(y/s) + floor(z/s), over the listed axes, is even."""
+
+    TYPE: ClassVar[str] = "checker"
+    ROWS: ClassVar[tuple[Row, ...]] = (
+        Row("colours", "colours", "Two linear RGB colours, even first.", lowest=0, count=(2, 2), fit_bounds=(0.0, 1.0)),
+        Row("size", "number", "Edge s of a cell, metres.", unit="m", default=1.0, lowest=0, excluded=True, scale="log",
+            moves="shadows"),
+        Row("axes", "text", "The axes that are counted.", default="xyz", pattern="^[xyz]{1,3}$"),
+    )  # fmt: skip
+    FOOTPRINT: ClassVar[bool] = True
 
     colours: Float[Array, "2 3"]
     size: Float[Array, ""]
@@ -32,7 +44,7 @@ class Checker(eqx.Module):
         """Linear RGB at the points. The derivative in the point is 0 (an edge has no width here)."""
         cells = sum(jnp.floor(getattr(point, axis) / self.size) for axis in self.axes)
         even = cells - 2 * jnp.floor(cells / 2) == 0
-        return where(even, vec3(self.colours[0]), vec3(self.colours[1]))
+        return where(even, *self._two())
 
     def brightest(self) -> np.ndarray:
         """The larger of the two colours in each channel, (3,)."""
@@ -52,8 +64,12 @@ class Checker(eqx.Module):
         return may_vary(self._waves(point, steps), slant)
 
     def _mixed(self, mean) -> Vec3:
-        share = 0.5 * (1 + mean)
-        return vec3(self.colours[0]) * share + vec3(self.colours[1]) * (1 - share)
+        even, odd = self._two()
+        part = 0.5 * (1 + mean)
+        return even * part + odd * (1 - part)
+
+    def _two(self) -> tuple[Vec3, Vec3]:
+        return vec3(self.colours[..., 0, :]), vec3(self.colours[..., 1, :])
 
     def _waves(self, point: Vec3, steps: tuple[Vec3, Vec3]) -> list[Linear]:
         return [Linear(*(getattr(v, axis) / self.size for v in (point, *steps))) for axis in self.axes]

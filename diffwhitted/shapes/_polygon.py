@@ -1,25 +1,37 @@
 """Plane polygons, triangles among them."""
 
+from dataclasses import replace
+from typing import ClassVar
+
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
 
-from ...numerics._coverage import Linear
-from ...numerics._safe import length, normalise, safe_divide
-from ...numerics._vector import Vec3, cross, dot, where
-from .._footprint import Footprint, on_surface
-from .._hit import Hit
-from .._ray import Ray
+from .._errors import SceneError
+from ..geometry import AbstractSurfaces, Footprint, Ray, steps_on_surface
+from ..numerics._coverage import Linear
+from ..numerics._safe import length, normalise, safe_divide
+from ..numerics._vector import Vec3, cross, dot, vec3, where
+from ..records import Row, is_traced, number_array, stacked
+from ._object import AbstractObject
 from ._plane import Planes
 
 
-class Polygons(eqx.Module):
+class Polygons(AbstractSurfaces):
     """Simple plane polygons, convex or not.
 
     `vertices` has one trailing axis; shorter polygons repeat their last vertex, which adds edges of
     no length. The outer side is the one from which the vertices run counter-clockwise.
     """
 
+    FOOTPRINT: ClassVar[bool] = True
+
     vertices: Vec3
+
+    def surface(self, ray: Ray, crossing):
+        """That of the plane that carries the polygon."""
+        return self.carrier().surface(ray, crossing)
 
     def carrier(self) -> Planes:
         """The plane that carries the polygon; its normal by Newell's sum over the edges."""
@@ -32,28 +44,25 @@ class Polygons(eqx.Module):
         return Planes(normal, dot(normal, corner))
 
     def crossings(self, ray: Ray, on_it, inwards):
-        return (self.first_crossing(ray, on_it, inwards)[0],)
-
-    def first_crossing(self, ray: Ray, on_it, inwards):
-        """The crossing of the plane (Hearn and Baker 14-62), where it lies inside the outline."""
+        """The crossing of the plane (Hearn and Baker 14-62), where it lies inside the sides."""
         plane = self.carrier()
-        distance, entering = plane.first_crossing(ray, on_it, inwards)
+        (distance,) = plane.crossings(ray, on_it, inwards)
         met = jnp.isfinite(distance)
-        inside = self._outlines(plane, ray.at(jnp.where(met, distance, 0)))
-        return jnp.where(met & inside, distance, jnp.inf), entering
+        inside = self._holds_in_plane(plane, ray.at(jnp.where(met, distance, 0)))
+        return (jnp.where(met & inside, distance, jnp.inf),)
 
-    def outline(self, ray: Ray, footprint: Footprint):
+    def silhouette(self, ray: Ray, footprint: Footprint):
         """Distance in the plane from where the ray meets it to the nearest side, positive inside; and how far that is."""
         plane = self.carrier()
-        distance, _, point = plane.surface(ray, None)
-        hit = Hit(None, None, point, where(self.side(ray), plane.normal, -plane.normal), distance)
-        met = on_surface(ray, footprint, hit)
-        inside = jnp.where(self._outlines(plane, point), 1, -1)
+        distance, _, point, _ = plane.surface(ray, None)
+        facing = where(self.side(ray), plane.normal, -plane.normal)
+        steps = steps_on_surface(ray, footprint, point, facing)
+        inside = jnp.where(self._holds_in_plane(plane, point), 1, -1)
         nearest, outwards = jnp.full(distance.shape, jnp.inf, distance.dtype), plane.normal
         for k in range(self.vertices.x.shape[-1]):
             away, normal = self._from_side(k, plane, point, inside)
             nearest, outwards = where(abs(away) < abs(nearest), (away, normal), (nearest, outwards))
-        return Linear(-nearest, *(-dot(outwards, side.origin) for side in met.sides())), distance
+        return Linear(-nearest, *(-dot(outwards, step) for step in steps)), distance
 
     def _side(self, k: int) -> tuple[Vec3, Vec3]:
         """Where side k starts, and the way to its end."""
@@ -73,7 +82,7 @@ class Polygons(eqx.Module):
         away = where(beside, dot(normal, from_start), -inside * length(to_corner))
         return away, where(beside, normal, normalise(to_corner) * -inside)
 
-    def near_outline(self, ray: Ray, reach, growth):
+    def near_silhouette(self, ray: Ray, reach, growth):
         """May one of the sides lie within `reach` + `growth` times the distance of the ray's line?"""
         found = jnp.zeros(ray.origin.shape, bool)
         for k in range(self.vertices.x.shape[-1]):
@@ -100,11 +109,7 @@ class Polygons(eqx.Module):
         away = self.vertices - Vec3(*(c[..., None] for c in (middle.x, middle.y, middle.z)))
         return middle, jnp.sqrt(dot(away, away).max(axis=-1))
 
-    def contains(self, point: Vec3):
-        """A polygon is a sheet: it holds no volume of its own."""
-        return jnp.zeros(point.shape, bool)
-
-    def _outlines(self, plane: Planes, point: Vec3):
+    def _holds_in_plane(self, plane: Planes, point: Vec3):
         """Even-odd rule in the coordinate plane that the polygon faces most.
 
         Each side is taken from its lower end, so that two polygons with a side in common, which run along it in
@@ -129,3 +134,65 @@ class Polygons(eqx.Module):
             rise = jnp.where(v1 == v0, 1, v1 - v0)
             inside ^= spans & (u < (u1 - u0) * (v - v0) / rise + u0)
         return inside
+
+
+class Polygon(AbstractObject):
+    """A plane polygon (a triangle among them) by its vertices, counter-clockwise seen from outside.
+
+    Raises `SceneError` for fewer than three vertices, for no area, and for vertices off the common plane.
+    """
+
+    TYPE: ClassVar[str] = "polygon"
+    ROWS: ClassVar[tuple[Row, ...]] = (
+        Row("vertices", "vectors", "Metres, counter-clockwise seen from outside.", unit="m", count=(3, None),
+            scale="unbounded", moves="rays"),
+    )  # fmt: skip
+    ALSO: ClassVar[dict[str, tuple[Row, ...]]] = {"triangle": (replace(ROWS[0], count=(3, 3)),)}
+    FAMILY: ClassVar[type[AbstractSurfaces]] = Polygons
+    CONVEX: ClassVar[bool] = True
+    FLAT: ClassVar[bool] = True
+
+    vertices: Float[Array, "v 3"]
+    name: str = eqx.field(static=True)
+    material: str = eqx.field(static=True)
+
+    def __init__(self, name: str, vertices, material: str, place: str | None = None):
+        place = place or f"object {name!r}"
+        self.name, self.material = name, material
+        count = len(vertices)
+        if count < 3:
+            raise SceneError(f"{place}: vertices has {count} points; allowed is three or more")
+        self.vertices = number_array(vertices, place, "vertices", ((count, 3),))
+        if not is_traced(self.vertices):
+            _check_flat(np.asarray(self.vertices, np.float64), place)
+
+    @classmethod
+    def columns(cls, objects) -> list:
+        """Vertices, of which shorter polygons repeat the last."""
+        most = max(len(thing.vertices) for thing in objects)
+        return [stacked([_padded(thing.vertices, most) for thing in objects])]
+
+    @classmethod
+    def family(cls, vertices) -> Polygons:
+        return Polygons(vec3(vertices))
+
+    def written_type(self) -> str:
+        return "triangle" if len(self.vertices) == 3 else self.TYPE
+
+
+def _padded(vertices, most: int):
+    pad = jnp.pad if is_traced(vertices) else np.pad
+    return pad(vertices, ((0, most - len(vertices)), (0, 0)), mode="edge")
+
+
+def _check_flat(vertices, place):
+    spokes = vertices - vertices[0]
+    size = np.abs(spokes).max()
+    area = np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
+    if np.linalg.norm(area) <= 1e-9 * size * size or size == 0:
+        raise SceneError(
+            f"{place}: vertices span no area (all on one line, or the same point); move one of them off the line"
+        )
+    away = np.abs(spokes @ (area / np.linalg.norm(area))).max()
+    if away > 1e-3 * size:
+        raise SceneError(f"{place}: vertices are not in one plane (off by {away:.3g} m); split it into triangles")

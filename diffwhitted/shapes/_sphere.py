@@ -1,18 +1,25 @@
 """Spheres."""
 
+from typing import ClassVar
+
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from ...numerics._coverage import Linear
-from ...numerics._safe import length, normalise, safe_divide, safe_sqrt
-from ...numerics._vector import Vec3, dot, where
-from .._footprint import Footprint
-from .._ray import Ray
+from ..geometry import AbstractSurfaces, Footprint, Ray
+from ..numerics._coverage import Linear
+from ..numerics._safe import length, normalise, safe_divide, safe_sqrt
+from ..numerics._vector import Vec3, dot, vec3, where
+from ..records import Row, read_rows
+from ._object import AbstractObject
 
 
-class Spheres(eqx.Module):
+class Spheres(AbstractSurfaces):
     """Spheres by centre and radius (arrays over the spheres, or over rays after a look-up)."""
+
+    SOLID: ClassVar[bool] = True
+    FOOTPRINT: ClassVar[bool] = True
 
     centre: Vec3
     radius: Float[Array, "*n"]
@@ -31,18 +38,8 @@ class Spheres(eqx.Module):
         far = jnp.where(met & (far > 0) & (~on_it | inwards), far, jnp.inf)
         return near, far
 
-    def first_crossing(self, ray: Ray, on_it, inwards):
-        """Distance of the nearest crossing (infinity if none) and whether the ray enters there."""
-        near, far = self.crossings(ray, on_it, inwards)
-        entering = jnp.isfinite(near)
-        return jnp.where(entering, near, far), entering
-
-    def carrier(self) -> "Spheres":
-        """The unbounded surface that carries the shape: the sphere itself."""
-        return self
-
-    def surface(self, ray: Ray, entering):
-        """Distance, outward unit normal and point of the recorded crossing, differentiable.
+    def surface(self, ray: Ray, crossing):
+        """Distance, outward unit normal and point of the recorded crossing, differentiable; a ray enters at the nearer one.
 
         The normal comes from the offset (dP - (u.dP) u) and the half chord, and for a far or small
         sphere the point comes from centre and normal: both keep their digits where `ray.at(distance)`
@@ -51,13 +48,14 @@ class Spheres(eqx.Module):
         """
         to_centre, middle, miss, half_chord_squared = self._chord(ray)
         half_chord = safe_sqrt(half_chord_squared)
+        entering = crossing == 0
         half_chord = jnp.where(entering, -half_chord, half_chord)
         distance = middle + half_chord
         outward = (ray.direction * half_chord - miss) * safe_divide(1, self.radius)
         point = where(self.radius < distance, self.centre + outward * self.radius, ray.at(distance))
-        return distance, outward, point
+        return distance, outward, point, entering
 
-    def outline(self, ray: Ray, footprint: Footprint):
+    def silhouette(self, ray: Ray, footprint: Footprint):
         """r - |q| with q from the ray's line to the centre: positive where the line meets the sphere; and where it is closest."""
         _, middle, miss, _ = self._chord(ray)
         sideways = normalise(miss)
@@ -67,8 +65,8 @@ class Spheres(eqx.Module):
 
         return Linear(self.radius - length(miss), along(footprint.across), along(footprint.down)), middle
 
-    def near_outline(self, ray: Ray, reach, growth):
-        """May the outline lie within `reach` + `growth` times the distance of the ray's line? No derivatives."""
+    def near_silhouette(self, ray: Ray, reach, growth):
+        """May the silhouette lie within `reach` + `growth` times the distance of the ray's line? No derivatives."""
         _, middle, miss, _ = self._chord(ray)
         around = reach + growth * abs(middle)
         low, high = jnp.maximum(self.radius - around, 0), self.radius + around
@@ -96,3 +94,35 @@ class Spheres(eqx.Module):
         middle = dot(to_centre, ray.direction)
         miss = to_centre - ray.direction * middle
         return to_centre, middle, miss, self.radius * self.radius - dot(miss, miss)
+
+
+class Sphere(AbstractObject):
+    """A sphere: centre and radius in metres."""
+
+    TYPE: ClassVar[str] = "sphere"
+    ROWS: ClassVar[tuple[Row, ...]] = (
+        Row("centre", "vector", "Centre, metres.", unit="m", scale="unbounded", moves="rays"),
+        Row("radius", "number", "Radius, metres.", unit="m", lowest=0, excluded=True, scale="log", moves="rays"),
+    )
+    FAMILY: ClassVar[type[AbstractSurfaces]] = Spheres
+    CONVEX: ClassVar[bool] = True
+    ROUND: ClassVar[bool] = True
+
+    centre: Float[Array, "3"]
+    radius: Float[Array, ""]
+    name: str = eqx.field(static=True)
+    material: str = eqx.field(static=True)
+
+    def __init__(self, name: str, centre, radius, material: str, place: str | None = None):
+        self.name, self.material = name, material
+        read_rows(self, place or f"object {name!r}", centre=centre, radius=radius)
+
+    @classmethod
+    def family(cls, centre, radius) -> Spheres:
+        return Spheres(vec3(centre), radius)
+
+    def size(self) -> Float[Array, ""]:
+        return self.radius
+
+    def ball(self) -> tuple[np.ndarray, float]:
+        return np.asarray(self.centre, np.float64), float(self.radius)

@@ -1,0 +1,46 @@
+"""What a point is made of: the one record that the laws of light are asked about."""
+
+import equinox as eqx
+from jaxtyping import Array, Bool, Float, Int
+
+from ..geometry import Footprint
+from ..numerics._vector import Vec3, dot
+
+
+class SurfacePoint(eqx.Module):
+    """A point where a ray met a surface. Every field is finite, also where nothing was met."""
+
+    there: Bool[Array, "n"]
+    """Something was met."""
+    position: Vec3
+    normal: Vec3
+    """Geometric unit normal on the side of the ray."""
+    shading_normal: Vec3
+    """The normal that light sees."""
+    incoming: Vec3
+    """Unit direction of travel of the ray that arrived."""
+    distance: Float[Array, "n"]
+    """That it travelled, metres."""
+    entering: Bool[Array, "n"]
+    """It came from the outer side."""
+    material: Int[Array, "n"]
+    coefficients: dict[str, Vec3 | Float[Array, "n"]]
+    """By name, with their textures applied."""
+    index_here: Float[Array, "n"] | None
+    """Refractive index on the side of the ray; None where nothing is refracted."""
+    index_beyond: Float[Array, "n"] | None
+    """On the other side."""
+    footprint: Footprint | None
+    """How point and direction change over the pixel; None for points."""
+    curvature: Float[Array, "n"] | None
+    """The normal changes by this times a small step along the surface; None for points."""
+
+    @property
+    def cosine(self) -> Float[Array, "n"]:
+        """cos of the angle of incidence."""
+        return -dot(self.incoming, self.normal)
+
+    @property
+    def eta(self) -> Float[Array, "n"]:
+        """Index on the ray's side over the index on the far side."""
+        return self.index_here / self.index_beyond

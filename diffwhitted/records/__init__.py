@@ -1,0 +1,22 @@
+"""How records are described: the rows of a record, the checks of its values, and the registries of kinds."""
+
+from ._checks import (
+    DEEPEST,
+    depth_number,
+    is_traced,
+    listed,
+    nearest_name,
+    number_array,
+    require,
+    shortest,
+    whole_number,
+)
+from ._copies import changed, grouped, member, member_count, members_at, stacked
+from ._registry import Registry
+from ._row import REQUIRED, Row, read_rows, rows_of
+
+__all__ = [
+    "DEEPEST", "REQUIRED", "Registry", "Row", "changed", "depth_number", "grouped", "is_traced", "listed", "member",
+    "member_count", "members_at", "nearest_name", "number_array",
+    "read_rows", "require", "rows_of", "shortest", "stacked", "whole_number",
+]  # fmt: skip

@@ -1,0 +1,115 @@
+"""Rows: what a record holds, said once.
+
+Each record has a table of rows, one a key. The check of a value when a record is built, the keys of scene files and their
+schema, the bounds and units of a fit and the names of its unknowns are all read from it.
+"""
+
+from dataclasses import dataclass
+from math import inf, isfinite
+from typing import Any, Final, Literal
+
+import jax.numpy as jnp
+
+from ._checks import number_array, require
+
+REQUIRED: Final = object()
+"""In place of a default: the key must be stated."""
+
+Kind = Literal["number", "vector", "direction", "colour", "number or colour", "vectors", "colours", "text", "choice"]
+Scale = Literal["interval", "log", "log-excess", "unbounded"]
+Moves = Literal["nothing", "shadows", "rays"]
+
+_SHAPES = {
+    "number": ((),),
+    "vector": ((3,),),
+    "direction": ((3,),),
+    "colour": ((), (3,)),
+    "number or colour": ((), (3,)),
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One key of a record."""
+
+    name: str
+    kind: Kind
+    meaning: str
+    unit: str = "1"
+    default: Any = REQUIRED
+    """Where it is not stated; None where it may be absent."""
+    lowest: float = -inf
+    """Smallest value of each number."""
+    highest: float = inf
+    excluded: bool = False
+    """The ends of the interval are not allowed themselves."""
+    nonzero: bool = False
+    """Not all numbers may be zero."""
+    count: tuple[int, int | None] = (1, None)
+    """Of lists: the fewest and the most entries."""
+    choices: tuple[str, ...] = ()
+    pattern: str | None = None
+    """Of text: what it must match."""
+    symbol: str = ""
+    source: str = ""
+    """Paper and equation."""
+    fit_bounds: tuple[float, float] | None = None
+    """Interval in which a fit looks for it unless told otherwise; None: no bounds, or those that its scale needs."""
+    scale: Scale = "interval"
+    """In what the unknown of a fit is linear: the value between bounds, log(value), log(value - 1), or the value itself."""
+    moves: Moves = "nothing"
+    """What a change of it moves in the picture: nothing (weights and colours alone), shadows, or the rays themselves."""
+
+    @property
+    def numeric(self) -> bool:
+        """Does it hold numbers, which a fit may look for?"""
+        return self.kind not in ("text", "choice")
+
+    @property
+    def coloured(self) -> bool:
+        """May it be linear RGB?"""
+        return self.kind in ("colour", "number or colour")
+
+    @property
+    def moves_rays(self) -> bool:
+        return self.moves == "rays"
+
+    def allowed(self) -> str:
+        """The interval in words, such as ">= 0" or "between 0 and 180, both excluded"."""
+        if self.excluded and isfinite(self.lowest) and isfinite(self.highest):
+            return f"between {self.lowest:g} and {self.highest:g}, both excluded"
+        above, below = (">", "<") if self.excluded else (">=", "<=")
+        ends = [f"{above} {self.lowest:g}"] * isfinite(self.lowest) + [f"{below} {self.highest:g}"] * isfinite(
+            self.highest
+        )
+        return " and ".join([*ends, *["any vector but zero"] * self.nonzero])
+
+    def holds(self, value) -> bool:
+        """Does a concrete value lie in the interval?"""
+        inside = (
+            (value > self.lowest) & (value < self.highest)
+            if self.excluded
+            else ((value >= self.lowest) & (value <= self.highest))
+        )
+        return bool(inside.all()) and (not self.nonzero or bool((value != 0).any()))
+
+    def read(self, value, place: str):
+        """`value` as an array of this row, or `SceneError` naming the place, the value and what is allowed."""
+        shapes = _SHAPES[self.kind] if self.kind in _SHAPES else ((len(value), 3),)
+        array = number_array(value, place, self.name, shapes)
+        if self.allowed():
+            require(self.holds, place, self.name, array, self.allowed())
+        return jnp.broadcast_to(array, (3,)) if self.kind == "colour" else array
+
+
+def rows_of(record) -> dict[str, Row]:
+    """The rows of a record, or of a class of records, by name."""
+    return {row.name: row for row in record.ROWS}
+
+
+def read_rows(record, place: str, **values) -> None:
+    """Set the fields of a record that is being built, each checked by its row; None stays None where that is allowed."""
+    rows = rows_of(record)
+    for name, value in values.items():
+        row = rows[name]
+        setattr(record, name, None if value is None and row.default is None else row.read(value, place))

@@ -1,0 +1,8 @@
+"""The one list of lights. A new light is a file in this folder and its name here."""
+
+from ...records import Registry
+from ._directional import DirectionalLight
+from ._light import AbstractLight
+from ._point import PointLight
+
+LIGHTS: Registry[AbstractLight] = Registry("light", AbstractLight, PointLight, DirectionalLight)

@@ -1,0 +1,56 @@
+"""The contract of a light: where its light comes from and how much of it arrives."""
+
+from abc import abstractmethod
+from typing import ClassVar
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float
+
+from ...numerics._vector import Vec3
+from ...records import Row
+
+
+class AbstractLight(eqx.Module):
+    """A source of light. A new kind states `TYPE`, `ROWS`, `arriving`, and its fields with their checks."""
+
+    TYPE: ClassVar[str]
+    """What scene files call it."""
+    ALSO: ClassVar[dict[str, tuple[Row, ...]]] = {}
+    ROWS: ClassVar[tuple[Row, ...]]
+
+    name: eqx.AbstractVar[str | None]
+    """None: the scene numbers it (light_1, light_2, ...)."""
+
+    @abstractmethod
+    def arriving(self, point: Vec3) -> tuple[Vec3, Float[Array, "*n"], Vec3]:
+        """Unit direction to the light, its distance (metres, infinite for one at infinity), and the colour that arrives unless
+        occluded; differentiable."""
+
+    def brightest(self) -> np.ndarray:
+        """The most light that may arrive anywhere, (3,), linear RGB; infinite where none is known."""
+        return np.full(3, np.inf)
+
+    def place(self) -> np.ndarray | None:
+        """Where it stands, (3,) in metres; None for one that stands outside of everything or at no one place."""
+        return None
+
+    @property
+    def outside(self) -> bool:
+        """It is certain to stand outside of any bounded body."""
+        return False
+
+    @property
+    def fades(self) -> bool:
+        """Does its light get less with the distance?"""
+        return False
+
+    def without_fading(self) -> "AbstractLight":
+        """The same light, arriving in full."""
+        return self
+
+    def written_type(self) -> str:
+        return self.TYPE
+
+
+COLOUR = Row("colour", "colour", "Linear RGB.", lowest=0)

@@ -1,0 +1,65 @@
+"""Point lights."""
+
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ...numerics._safe import length, normalise, safe_divide
+from ...numerics._vector import Vec3, vec3
+from ...records import Row, read_rows
+from ._light import COLOUR, AbstractLight
+
+
+class PointLight(AbstractLight):
+    """A point that shines alike in all directions.
+
+    Its colour arrives unchanged at any distance unless `attenuation` = (a0, a1, a2) is given: then it is
+    multiplied by min(1, 1 / (a0 + a1 d + a2 d**2)) (Hearn and Baker, intensity attenuation).
+    """
+
+    TYPE: ClassVar[str] = "point"
+    ROWS: ClassVar[tuple[Row, ...]] = (
+        Row("position", "vector", "Where the light is, metres.", unit="m", scale="unbounded", moves="shadows"),
+        COLOUR,
+        Row("attenuation", "vector", "a0, a1 (1/m), a2 (1/m^2): the colour is multiplied by min(1, 1 / (a0 + a1 d + a2 d^2)); "
+            "no fade without it.", default=None, lowest=0, nonzero=True),
+    )  # fmt: skip
+
+    position: Float[Array, "3"]
+    colour: Float[Array, "3"]
+    attenuation: Float[Array, "3"] | None
+    name: str | None = eqx.field(static=True)
+
+    def __init__(self, position, colour, attenuation=None, name: str | None = None, place: str = "point light"):
+        self.name = name
+        read_rows(self, place, position=position, colour=colour, attenuation=attenuation)
+
+    def arriving(self, point: Vec3) -> tuple[Vec3, Float[Array, "*n"], Vec3]:
+        """Unit direction to the light, its distance, and the colour that arrives unless occluded.
+
+        Edge: a point at the light's own position gets a zero direction, hence no light.
+        """
+        to_light = vec3(self.position) - point
+        distance = length(to_light)
+        colour = vec3(self.colour)
+        if self.attenuation is None:
+            return normalise(to_light), distance, colour
+        a0, a1, a2 = (self.attenuation[..., k] for k in range(3))
+        fade = jnp.minimum(1, safe_divide(1, a0 + a1 * distance + a2 * distance * distance, otherwise=1))
+        return normalise(to_light), distance, colour * fade
+
+    def brightest(self) -> np.ndarray:
+        return np.asarray(self.colour, np.float64)
+
+    def place(self) -> np.ndarray:
+        return np.asarray(self.position, np.float64)
+
+    @property
+    def fades(self) -> bool:
+        return self.attenuation is not None
+
+    def without_fading(self) -> "PointLight":
+        return PointLight(self.position, self.colour, name=self.name)

@@ -1,0 +1,108 @@
+"""What a point is made of: coefficients with their textures, both normals, the indices on both sides, the footprint."""
+
+from collections.abc import Sequence
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int
+
+from ..illumination import SurfacePoint
+from ..numerics._safe import safe_divide
+from ..numerics._stage import packed, stage
+from ..numerics._vector import Vec3, dot, lookup, where
+from ..records import member_count, members_at
+from ..scene import Tables
+from ..scene.textures import AbstractTexture
+from ._arrival import Arrival
+from ._plan import Plan
+
+STEEPEST = 1.6
+"""Slant beyond which a footprint that runs to the horizon is cut off: at 2 its far end is infinitely far away."""
+
+
+def made_of(tables: Tables, plan: Plan, at: Arrival, needed, names: Sequence[str]) -> SurfacePoint:
+    """The point where rays arrived, with those of its coefficients that are named.
+
+    `needed`: whether any ray of the block is alive (see `stage`).
+    """
+    # Look up the coefficients of each point's material.
+    material = material_at(tables, at.object)
+    coefficients = {name: lookup(tables.coefficients[name], material) for name in names}
+    # Multiply them by their textures, each pattern computed once.
+    for group in plan.textured:
+        worn = [name for name in group if name in coefficients]
+        if worn:
+            pattern = _pattern(tables, lookup(tables.texture_of[group[0]], material), at, needed)
+            for name in worn:
+                coefficients[name] = coefficients[name] * pattern
+    here, beyond = indices(tables, at) if plan.effects.refraction else (None, None)
+    return SurfacePoint(
+        there=at.object >= 0,
+        position=at.point,
+        normal=at.normal,
+        shading_normal=at.shading_normal,
+        incoming=at.direction,
+        distance=at.distance,
+        entering=at.entering,
+        material=material,
+        coefficients=coefficients,
+        index_here=here,
+        index_beyond=beyond,
+        footprint=None if at.beam is None else at.beam.footprint,
+        curvature=None if at.beam is None else at.beam.curvature,
+    )
+
+
+def material_at(tables: Tables, object: Int[Array, "n"]) -> Int[Array, "n"]:
+    """The number of the material of each object; of no meaning for -1."""
+    return lookup(tables.material_of, object)
+
+
+def indices(tables: Tables, at: Arrival) -> tuple[Float[Array, "n"], Float[Array, "n"]]:
+    """The refractive index on the ray's side of the surface, and the one on the far side."""
+    index = tables.coefficients["refractive_index"]
+    inside = lookup(index, material_at(tables, at.object))
+    outside = jnp.ones_like(inside)
+    if at.outside is not None:
+        around = lookup(index, material_at(tables, jnp.maximum(at.outside, 0)))
+        outside = jnp.where(at.outside >= 0, around, outside)
+    return jnp.where(at.entering, outside, inside), jnp.where(at.entering, inside, outside)
+
+
+def slant(at: Arrival) -> tuple[Float[Array, "n"], ...]:
+    """Perspective: on a flat surface the point is at (dP_u u + dP_v v) / (1 + slant_u u + slant_v v); 0 on others."""
+    flat, towards = at.beam.curvature == 0, dot(at.direction, at.normal)
+    return tuple(
+        jnp.clip(jnp.where(flat, safe_divide(dot(side.direction, at.normal), towards), 0), -STEEPEST, STEEPEST)
+        for side in at.beam.footprint.sides()
+    )
+
+
+def _pattern(tables: Tables, number: Int[Array, "n"], at: Arrival, needed) -> Vec3:
+    """The colour of the numbered texture at each point, or its mean over the footprint; white for -1."""
+    one = jnp.ones_like(at.point.x)
+    pattern, first = Vec3(one, one, one), 0
+    for group in tables.textures:
+        worn = (number >= first) & (number < first + member_count(group)) & (at.object >= 0)
+        pattern = where(worn, _coloured(group, jnp.where(worn, number - first, 0), worn, at, needed), pattern)
+        first += member_count(group)
+    return pattern
+
+
+def _coloured(group: AbstractTexture, which: Int[Array, "n"], worn, at: Arrival, needed) -> Vec3:
+    """The colour of textures of one structure, where they are `worn`."""
+    if at.beam is None or not group.FOOTPRINT:
+        return members_at(group, which).at(at.point)
+    steps = tuple(side.origin for side in at.beam.footprint.sides())
+    slants = stage(needed, slant, at)
+    some, much = stage(needed, lambda which, *a: members_at(group, which).varies(*a), which, at.point, steps, slants)
+    plain = members_at(group, which).at(at.point)
+    colour = packed(some & worn, lambda which, *a: members_at(group, which).mean(*a), plain, which, at.point, steps)
+    return packed(
+        much & worn,
+        lambda which, *a: members_at(group, which).mean_in_perspective(*a),
+        colour,
+        which,
+        at.point,
+        steps,
+        slants,
+    )

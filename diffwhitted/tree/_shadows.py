@@ -1,0 +1,93 @@
+"""What each light sees of the points where rays arrive: recorded once, without derivatives.
+
+Lights of one structure are stacked (see `Tables.lights`); a loop over them asks one after the other, so that many lights
+make no larger program than two.
+"""
+
+from collections.abc import Callable
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Int
+
+from ..geometry import NOTHING, Departure, Ray, hidden_parts, near_silhouettes
+from ..illumination import before, glass_crossed, light_footprint, sees_light
+from ..numerics._stage import packed, stage
+from ..numerics._vector import lookup
+from ..records import member, member_count
+from ..scene import AbstractLight, Tables
+from ._arrival import Arrival
+from ._plan import Plan
+
+MOST_SHADING = 1
+"""So many surfaces may occlude a light in part; further ones count whole or not at all."""
+
+
+class Seen(eqx.Module):
+    """What a group of lights sees of points; the first axis of each array is that of the lights."""
+
+    visible: Bool[Array, "lights n"]
+    """Nothing that blocks light in between."""
+    crossed: tuple[Int[Array, "lights n"], ...]
+    """For each transparent material: its surfaces in between, where shadows are tinted."""
+    shading: tuple[Int[Array, "lights n"], ...]
+    """The surfaces that occlude part of the light from the footprint, -1 for none; empty for points."""
+
+
+def shadows_at(tables: Tables, plan: Plan, at: Arrival, needed) -> tuple[Seen, ...]:
+    """What each group of lights sees of the points; empty where nothing casts shadows."""
+    if not plan.effects.shadows:
+        return ()
+    blocks = None
+    if plan.effects.tinted_shadows:
+        blocks = ~lookup(tables.transparent, tables.material_of)
+    return tuple(
+        for_lights(lights, lambda light, _: _seen(tables, plan, at, light, blocks, needed), ())
+        for lights in tables.lights
+    )
+
+
+def for_lights(lights: AbstractLight, ask: Callable, inputs):
+    """`ask(light, input)` for each of the stacked lights and of the inputs, its answers stacked in the same way."""
+    if member_count(lights) == 1:
+        answer = ask(member(lights, 0), jax.tree.map(lambda a: a[0], inputs))
+        return jax.tree.map(lambda a: a[None], answer)
+    return jax.lax.scan(lambda _, one: (None, ask(*one)), None, (lights, inputs))[1]
+
+
+def _seen(tables: Tables, plan: Plan, at: Arrival, light: AbstractLight, blocks, needed) -> Seen:
+    """What one light sees."""
+    # The shading normal faces the eye, so a lit point sees its light on the side that the ray came from.
+    departure = Departure(at.primitive, ~at.entering)
+    to_light, distance, _ = stage(needed, light.arriving, at.point)
+    ray, parts = Ray(at.point, to_light), ()
+    # Ask whether something blocks the way to the light.
+    sees = stage(needed, lambda *a: sees_light(tables.shapes, *a, blocks), ray, departure, distance)
+    if at.beam is not None:
+        sees, parts = _in_part(tables, light, ray, at, departure, distance, blocks, sees, needed)
+    # Count the surfaces of glass on the way.
+    crossed = ()
+    if plan.effects.tinted_shadows:
+        count = tables.marks.glass.shape[0]
+        crossed = glass_crossed(tables.shapes, ray, departure, distance, tables.glass_of, count, parts)
+    return Seen(sees, crossed, parts)
+
+
+def _in_part(
+    tables: Tables, light: AbstractLight, ray: Ray, at: Arrival, departure: Departure, distance, blocks, sees, needed
+):
+    """Does some of the footprint see the light past all that occludes the whole of it, and which surfaces occlude it in part?"""
+    shapes, footprint = tables.shapes, at.beam.footprint
+
+    def near(ray, footprint):
+        return near_silhouettes(shapes, ray, footprint.reach()[0], 0.0)
+
+    def look(ray, footprint, departure, distance):
+        beam = light_footprint(light, ray.origin, footprint)
+        hidden, parts = hidden_parts(shapes, ray, beam, departure, before(distance), blocks, MOST_SHADING)
+        return ~hidden, parts
+
+    nobody = jnp.full(sees.shape, NOTHING, jnp.int32)
+    doubtful = stage(needed, near, ray, footprint)
+    return packed(doubtful, look, (sees, (nobody,) * MOST_SHADING), ray, footprint, departure, distance)
