@@ -29,6 +29,15 @@ def stage(needed: Bool[Array, ""], work: Callable, *operands):
     return jax.lax.cond(needed, traced_once, nothing, *operands)
 
 
+def always(a) -> Bool[Array, ""]:
+    """True, for NaN and every integer too, in a form that XLA does not see through.
+
+    A stage that is always needed has to ask for something: a condition known when the program is compiled is
+    folded away, and the boundary with it.
+    """
+    return ~((a[0] < 0) & (a[0] > 0))
+
+
 def packed(some: Bool[Array, "n"], work: Callable, rest, *operands):
     """`work(*operands)` for the rays with `some`, and `rest` for the others; work goes in packets of `PACKET` rays.
 

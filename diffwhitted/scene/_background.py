@@ -1,6 +1,7 @@
 """What a ray sees that meets nothing. A new background is a record here."""
 
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -18,7 +19,7 @@ class ConstantBackground(eqx.Module):
         require(lambda c: (c >= 0).all(), place, "background", self.colour, ">= 0")
 
     def seen(self, direction: Vec3) -> Vec3:
-        return vec3(self.colour) * (direction.x * 0 + 1)
+        return vec3(self.colour) * jnp.ones_like(direction.x)
 
     def brightest(self) -> np.ndarray:
         return np.asarray(self.colour, np.float64)

@@ -32,7 +32,7 @@ from ..geometry import (
 )
 from ..numerics._coverage import Linear, is_cut, ramp
 from ..numerics._safe import normalise, safe_divide
-from ..numerics._stage import packed, stage
+from ..numerics._stage import always, packed, stage
 from ..numerics._vector import Vec3, dot, lookup, where
 from ..optics import Turn, refraction_radicand, turn_at
 from ..scene import Light, Tables
@@ -62,7 +62,7 @@ def arriving(
         return hit.point, hit.normal, on_surface(ray, footprint, hit, curvature_at(shapes, hit))
 
     def meet_part(ray, footprint, object, entering):
-        here = object[0] >= NOTHING
+        here = always(object)
         outline = stage(here, lambda *a: outline_of(shapes, *a), ray, footprint, object)
         edge = stage(here, edge_of, outline, object >= 0)
         ray, footprint = stage(here, covered, ray, footprint, edge)
@@ -70,7 +70,11 @@ def arriving(
         return point, normalise(normal), footprint, ray.direction, edge
 
     zero = jnp.zeros_like(ray.origin.x)
-    whole = *stage(needed, meet, ray, footprint, object, entering), ray.direction, Edge(zero + 1, zero, zero, zero)
+    whole = (
+        *stage(needed, meet, ray, footprint, object, entering),
+        ray.direction,
+        Edge(jnp.ones_like(zero), zero, zero, zero),
+    )
     point, normal, footprint, direction, edge = packed(cut, meet_part, whole, ray, footprint, object, entering)
     hit = Hit(object, entering, point, normal, None)
     return hit, direction, Beam(footprint, curvature_at(shapes, hit), edge, departure)
@@ -104,7 +108,8 @@ def radicand(at: Arrival, eta: Float[Array, "n"]) -> Linear:
     by = 2 * eta * eta * cosine.value
     square = Linear(refraction_radicand(cosine.value, eta), cosine.across * by, cosine.down * by).within(1.0)
     returns = ~at.entering & (at.beam.footprint.within == at.object)
-    return where(returns, Linear(jnp.maximum(square.value, 0), by * 0, by * 0), square)
+    level = jnp.zeros_like(by)
+    return where(returns, Linear(jnp.maximum(square.value, 0), level, level), square)
 
 
 def is_rim(square: Linear) -> Bool[Array, "n"]:
@@ -116,7 +121,7 @@ def child_beam(
     tables: Tables, plan: Plan, at: Arrival, branch: Int[Array, "n"], factor: Vec3, eta: Float[Array, "n"] | None
 ) -> tuple[Ray, Footprint, Vec3]:
     """The ray that leaves a parent along a branch, its footprint, and the share of its light that the parent passes on."""
-    needed = branch[0] >= 0
+    needed = always(branch)
     turn, special = stage(needed, lambda *a: _turn(plan, *a), at, branch, eta)
     ray, footprint = stage(needed, _turned, at, turn, branch)
     factor = factor * at.beam.edge.share
@@ -166,7 +171,7 @@ def _turned(at: Arrival, turn: Turn, branch) -> tuple[Ray, Footprint]:
 
 def _special(tables: Tables, plan: Plan, at: Arrival, branch, factor: Vec3, eta) -> tuple[Ray, Footprint, Vec3]:
     """A child that runs past its parent's object, or that leaves it where total reflection begins."""
-    here, beside = branch[0] >= 0, branch == PAST
+    here, beside = always(branch), branch == PAST
     past, rest = stage(here, _uncovered, at)
     left = safe_divide(1 - at.beam.edge.share, at.beam.edge.share)
     if not (plan.effects.refraction and plan.effects.total_internal_reflection):

@@ -142,7 +142,7 @@ def _past(tables: Tables, plan: Plan, part, share):
     k_t = lookup(tables.materials.k_t, material)
     solid = lookup(jnp.asarray([thing in plan.solids for thing in range(len(plan.material_of))]), part)
     glass = lookup(jnp.asarray(plan.transparent), part)
-    through = where(glass, where(solid, k_t * k_t, k_t), k_t * 0)
+    through = where(glass, where(solid, k_t * k_t, k_t), jax.tree.map(jnp.zeros_like, k_t))
     return through * (1 - share) + Vec3(*(share,) * 3)
 
 
@@ -168,7 +168,7 @@ def _apart(plan: Plan, material, normal: Vec3, to_light: Vec3, incoming: Vec3) -
     """The difference whose length decides the highlight, by the material's model."""
     models = [("halfway", halfway_apart), ("reflected", reflected_apart)]
     found = [(model, apart(normal, to_light, incoming)) for model, apart in models if model in plan.highlight_models]
-    value = found[0][1] if found else normal * 0
+    value = found[0][1] if found else jax.tree.map(jnp.zeros_like, normal)
     for model, other in found[1:]:
         value = where(lookup(jnp.asarray([m == model for m in plan.highlight_models]), material), other, value)
     return value

@@ -49,7 +49,7 @@ def left_out(
     transmitted = jnp.full_like(children[0], TRANSMITTED)
     mirror, through = ((children[0] > 0) & (kept[0] == 0), children[0]), (children[1] & ~kept[1], transmitted)
     out, into = lookup(beyond.outwards, at.object), lookup(beyond.inwards, at.object)
-    total = throughput * 0
+    total = jax.tree.map(jnp.zeros_like, throughput)
     for (gone, branch), most in ((mirror, where(at.entering, out, into)), (through, where(at.entering, into, out))):
         carried = throughput * share(tables, plan, at.object, branch)
         # Where nothing is carried nothing is left out, be the most infinite.

@@ -61,7 +61,7 @@ class Planes(eqx.Module):
 
     def curvature(self):
         """The unit normal is the same everywhere."""
-        return self.offset * 0
+        return jnp.zeros_like(self.offset)
 
     def bounding(self):
         """Middle and radius of a sphere around the shape, which has no end."""
