@@ -15,6 +15,7 @@ import numpy as np
 import OpenImageIO as oiio
 from jaxtyping import Bool, Float
 
+from .._files import not_a_file
 from ._colour import PRIMARIES, SRGB, curve_of, decode_srgb, pick_channels
 from ._display import decode_from_display
 from ._faults import ImageError, one_line, refuse, utf8
@@ -115,7 +116,10 @@ def _load(path: Path, layer: str | None) -> _Stored:
     """Opens and reads a file; every failure becomes an ImageError."""
     try:
         if path.exists() and not path.is_file():
-            raise ImageError(f"{path}: not a file; give an image in one of the formats {', '.join(_KINDS.values())}.")
+            kind = not_a_file(path) or "a folder"
+            raise ImageError(
+                f"{path}: not a file but {kind}; give an image in one of the formats {', '.join(_KINDS.values())}."
+            )
         with path.open("rb") as file:
             png = file.read(4) == b"\x89PNG"
         with _silent_terminal() if png else nullcontext():

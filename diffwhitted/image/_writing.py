@@ -16,6 +16,7 @@ import numpy as np
 import OpenImageIO as oiio
 from jaxtyping import Float
 
+from .._files import not_a_file
 from ._colour import PRIMARIES
 from ._display import check_exposure, display_codes
 from ._faults import ImageError, one_line, refuse, utf8
@@ -115,6 +116,8 @@ def check_place(path: Path) -> None:
         raise ImageError(f"{path}: the folder {target.parent} does not exist; make it first.")
     if target.is_dir():
         raise ImageError(f"{path}: a folder; give the name of a file.")
+    if kind := not_a_file(target):
+        raise ImageError(f"{path}: this is {kind}, which would be lost; give the name of a file.")
     if not os.access(target.parent, os.W_OK) or (target.exists() and not os.access(target, os.W_OK)):
         raise ImageError(f"{path}: no permission to write there; choose another name or folder.")
 

@@ -55,7 +55,7 @@ def replay(
         throughput = throughput * factor
         arrived = _arrived(tables, plan, nodes, ray, footprint, alive.any())
         added = throughput * light_of(tables, plan, nodes, arrived, alive.any())
-        return where(alive, added, added * 0), (arrived, throughput)
+        return jax.tree.map(lambda a: jnp.where(alive, a, 0), added), (arrived, throughput)
 
     if not forward:
         visit = jax.checkpoint(visit, prevent_cse=False)
@@ -64,6 +64,8 @@ def replay(
         film, state = carry
         nodes = read_block(record.nodes, start, plan.block)
         alive = (start + jnp.arange(plan.block) < end) & samples.there[nodes.origin.sample]
+        # What is not alive repeats the first ray of the block, so that it is finite on the way back too.
+        nodes = jax.tree.map(lambda a: jnp.where(alive, a, a[..., :1]), nodes)
         # Camera rays read the first node for nothing: a branch without it would cost reverse mode a whole state of zeros.
         parents, throughput = jax.tree.map(lambda a: a[nodes.origin.parent], state) if branching else (None, white)
         throughput = where(nodes.origin.lineage == 0, white, throughput)

@@ -15,6 +15,7 @@ from ._explain import explain
 from ._failures import failed
 from ._fit import fit
 from ._options import SeveralValues
+from ._progress import say
 from ._render import render
 from ._schema import schema
 from ._tradeoff import tradeoff
@@ -72,7 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except USAGE_ERROR as error:
         command = error.ctx.command_path if error.ctx else "diffwhitted"
-        print(f"error: {error.format_message().rstrip('.')}. See {command} --help", file=sys.stderr)
+        say(f"error: {error.format_message().rstrip('.')}. See {command} --help", file=sys.stderr)
         return 2
     except typer.Abort:
         code = STOPPED

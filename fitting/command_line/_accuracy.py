@@ -125,6 +125,10 @@ def _key(path: Path, scene: Scene, camera: Camera, name: str, bound: dict[str, f
 
 
 def _read(store: Path) -> dict[str, Any]:
+    from diffwhitted._files import not_a_file
+
+    if not_a_file(store):
+        return {}
     try:
         kept = json.loads(store.read_text(encoding="utf-8"))
     except (OSError, ValueError):

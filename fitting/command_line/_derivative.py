@@ -9,6 +9,7 @@ import typer
 
 from ._environment import set_up
 from ._options import CameraName, Depth, Height, Precision, PrecisionName, ScenePath, Width, chosen_camera
+from ._progress import say
 
 if TYPE_CHECKING:
     import numpy as np
@@ -118,7 +119,7 @@ def derivative(
             metadata={"scene": scene.name, "camera": name, "content": f"d image / d {of}", "footprint": footprint},
         )
     more = f", {np.count_nonzero(found.refined):,} pixels refined" if found.refined.any() else ""
-    print(
+    say(
         f"wrote {out}: {view.width} x {view.height} pixels, largest |d/d {of}| {abs(slope).max():.4g}; {found.rays:,} rays{more}"
     )
     if truth is not None:

@@ -12,7 +12,7 @@ import typer
 
 from ._environment import set_up
 from ._options import CameraName, Depth, Height, ScenePath, Width, chosen_camera
-from ._progress import Progress
+from ._progress import Progress, safe
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -143,7 +143,7 @@ def print_explanation(explanation: Explanation, title: str) -> None:
             f"{cut:,} more lie past depth {explanation.max_depth} and bring no light; a larger --depth follows them."
         )
     console.print(
-        f"{title}: {explanation.width} x {explanation.height} pixels, depth {explanation.max_depth}", markup=False
+        safe(f"{title}: {explanation.width} x {explanation.height} pixels, depth {explanation.max_depth}"), markup=False
     )
     cost = explanation.cost
     costs = (_cost_table(explanation), _about_cost(cost)) if cost is not None else ()

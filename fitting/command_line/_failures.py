@@ -5,6 +5,8 @@ import os
 import sys
 import traceback
 
+from ._progress import say
+
 TRACEBACK = "DIFFWHITTED_TRACEBACK"
 """Set this variable of the environment to see where an error comes from."""
 
@@ -14,7 +16,7 @@ def failed(error: Exception) -> int:
     if os.environ.get(TRACEBACK):
         traceback.print_exception(error)
     message, code = _message(error)
-    print(f"error: {message}", file=sys.stderr)
+    say(f"error: {message}", file=sys.stderr)
     return code
 
 

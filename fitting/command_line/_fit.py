@@ -11,7 +11,7 @@ import typer
 
 from ._environment import set_up
 from ._options import Depth, Footprint, Precision, PrecisionName, Samples, ScenePath
-from ._progress import Progress
+from ._progress import Progress, safe
 
 if TYPE_CHECKING:
     from diffwhitted import Scene
@@ -245,4 +245,4 @@ def print_result(result: FitResult, truth: Mapping[str, float] | None, written: 
     console.print()
     for line in summary_lines(result):
         console.print(line, markup=False)
-    console.print(f"Report: {written[-1]}", markup=False, soft_wrap=True)
+    console.print(safe(f"Report: {written[-1]}"), markup=False, soft_wrap=True)

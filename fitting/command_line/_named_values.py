@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from diffwhitted import InputError, SceneError, coefficient_value, load_scene
+from diffwhitted._files import not_a_file
 from fitting.problem._unknowns import CHANNELS, Unknown
 
 if TYPE_CHECKING:
@@ -86,6 +87,8 @@ def _from_scene(path: Path, unknowns: Sequence[Unknown]) -> dict:
 
 
 def _from_json(path: Path) -> dict:
+    if kind := not_a_file(path):
+        raise InputError(f"--truth {path}: this is {kind}; write the values to a file and give its name")
     try:
         held = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:

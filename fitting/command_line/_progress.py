@@ -4,13 +4,27 @@ from __future__ import annotations
 
 import time
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TextIO
 
 if TYPE_CHECKING:
     from fitting import FitStep
 
 ENOUGH_TO_TELL = 0.2
 """The part of the work after which the time that is left is foretold."""
+
+
+def say(text: str, *, file: TextIO | None = None) -> None:
+    """Print a line that may hold names of files."""
+    print(safe(text), file=file)
+
+
+def safe(text: str) -> str:
+    """The text with what would steer the terminal written out."""
+    if text.isprintable():
+        return text
+    from diffwhitted._errors import printable
+
+    return printable(text)
 
 
 class Progress:
@@ -52,7 +66,7 @@ class Progress:
     def note(self, text: str) -> None:
         """Say something on stderr that stays, also where it is no terminal; nothing if quiet."""
         if not self._quiet:
-            self._console.print(f"note: {text}", markup=False, highlight=False, soft_wrap=True)
+            self._console.print(f"note: {safe(text)}", markup=False, highlight=False, soft_wrap=True)
 
     def step(self, step: FitStep, starts: int = 1) -> None:
         """Show a step of a fit, one of `starts` runs."""
@@ -63,4 +77,6 @@ class Progress:
     def _line(self) -> Any:
         from rich.text import Text
 
-        return Text(f"{self._text}  ({time.perf_counter() - self._begun:.1f} s)", no_wrap=True, overflow="ellipsis")
+        return Text(
+            f"{safe(self._text)}  ({time.perf_counter() - self._begun:.1f} s)", no_wrap=True, overflow="ellipsis"
+        )

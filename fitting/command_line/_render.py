@@ -27,6 +27,7 @@ from ._options import (
     Width,
     chosen_camera,
 )
+from ._progress import say
 
 if TYPE_CHECKING:
     import numpy as np
@@ -110,7 +111,7 @@ def render(
         picture = adaptive(loaded, view, depth, samples, footprint, antialias)
         about = {"scene": scene.name, "camera": name, "antialias": antialias}
     write_image(out, picture.pixels, exposure=exposure, metadata=about)
-    print(
+    say(
         f"wrote {out}: {view.width} x {view.height} pixels, {picture.rays:,} rays in {picture.seconds:.2f} s, "
         f"after {picture.seconds_compile:.1f} s of compiling"
     )

@@ -10,7 +10,7 @@ import typer
 
 from ._environment import set_up
 from ._options import CameraName, Height, ScenePath, Width, chosen_camera
-from ._progress import Progress
+from ._progress import Progress, say
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -149,7 +149,7 @@ def tradeoff(
         print()
         print(textwrap.fill(recommendation(fits), 80))
     if written:
-        print(f"Page: {written[-1]}")
+        say(f"Page: {written[-1]}")
 
 
 def with_camera(scene: Scene, name: str, camera: Camera) -> Scene:
@@ -176,7 +176,7 @@ def print_tradeoff(found: Tradeoff, title: str) -> None:
     from rich.console import Console
 
     console = Console(highlight=False)
-    print(textwrap.fill(f"{title}; medians of {found.rounds} runs, {found.seconds_compile:.0f} s of compiling", 80))
+    say(textwrap.fill(f"{title}; medians of {found.rounds} runs, {found.seconds_compile:.0f} s of compiling", 80))
     console.print("", _table(found), sep="\n")
     hidden = len(found.points) - len(_shown(found))
     console.print(

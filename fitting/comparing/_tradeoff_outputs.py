@@ -1,4 +1,4 @@
-"""The files that a measured trade-off leaves in a folder, each written whole or not at all."""
+"""The files that a measured trade-off leaves in a folder: all of one run, or recognisably not whole."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from diffwhitted import KNOBS
 
 from ..telling._drawing import PAGE_INKS, page_svg
 from ..telling._error_plot import write_figure
-from ..telling._outputs import explained, write_whole
+from ..telling._outputs import write_together
 from ._tradeoff import Tradeoff, bound_text, bound_value, seconds_text, sentences
 from ._tradeoff_fit import FitTradeoff, recommendation
 from ._tradeoff_plot import fit_figure, tradeoff_figure
@@ -25,7 +25,7 @@ def write_tradeoff(
     """Write `tradeoff.json`, `tradeoff.csv` and `tradeoff.png`, of fits `tradeoff-fit.csv` and `tradeoff-fit.png`, and last `tradeoff.html`.
 
     Returns their paths. The folder is made if it is missing, and files of these names in it are replaced. Raises `OutputError`
-    where something cannot be written; that file is then as it was before.
+    where something cannot be written (see `write_together`).
     """
     jobs: dict[str, Callable[[Path], object]] = {
         "tradeoff.json": lambda path: path.write_text(
@@ -40,12 +40,7 @@ def write_tradeoff(
             "tradeoff-fit.png": lambda path: write_figure(fit_figure(fits), path),
         }
     jobs["tradeoff.html"] = lambda path: path.write_text(tradeoff_html(found, title, about, fits), encoding="utf-8")
-    with explained(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-    for name, write in jobs.items():
-        with explained(folder / name):
-            write_whole(folder / name, write)
-    return [folder / name for name in jobs]
+    return write_together(folder, jobs, last="tradeoff.json")
 
 
 def tradeoff_json(found: Tradeoff, fits: FitTradeoff | None = None) -> dict:

@@ -1,4 +1,4 @@
-"""The files that a fit leaves in a folder, each written whole or not at all."""
+"""The files that a fit leaves in a folder: all of one fit, or recognisably not whole."""
 
 from __future__ import annotations
 
@@ -7,17 +7,27 @@ import json
 import os
 import re
 import secrets
+import shutil
 from collections.abc import Callable, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from diffwhitted._errors import printable
+from diffwhitted._files import not_a_file
+
 from .._result import FitResult
 from ._report import report_html
+
+UNFINISHED = "unfinished"
+"""The folder in which files that belong together are made."""
 
 
 class OutputError(OSError):
     """The results cannot be written: which file or folder, why, and what to try, in one message."""
+
+    def __init__(self, message: str):
+        super().__init__(printable(message))
 
 
 def write_outputs(
@@ -29,7 +39,9 @@ def write_outputs(
     truth: Mapping[str, float] | None = None,
     metadata: Mapping[str, Any] | None = None,
 ) -> list[Path]:
-    """Writes `result.json`, `fitted.toml`, `render.exr`, `residual.exr` and `report.html`, in this order.
+    """Writes `result.json`, `fitted.toml`, `render.exr`, `residual.exr` and `report.html`.
+
+    Where `result.json` stands, all of them stand and are of one fit, whenever the program is ended (see `write_together`).
 
     With several views the pictures carry the camera's name: `render_left.exr`. Pictures are linear
     Rec. 709; the residual is `render - target`, 0 outside the mask.
@@ -39,52 +51,82 @@ def write_outputs(
     - `title`, `truth`: for the report, as in `report_html`.
     - `metadata`: JSON values that go into the pictures and, as `metadata`, into `result.json`.
 
-    Returns the paths in the order written. Raises `OutputError` where something cannot be written;
-    that file is then as it was before, and those written earlier stay.
+    Returns the paths in this order. Raises `OutputError` where something cannot be written; the folder is then as
+    it was before, and what was made is in `unfinished`.
     """
-    from diffwhitted.image import ImageError, write_image
+    from diffwhitted.image import write_image
 
     folder = Path(folder)
     about = dict(metadata or {})
-    with explained(folder):
-        folder.mkdir(parents=True, exist_ok=True)
 
-    def text(content: Callable[[], str]) -> Callable[[Path], None]:
-        return lambda path: write_whole(path, lambda there: there.write_text(content(), encoding="utf-8"))
+    def text(content: Callable[[], str]) -> Callable[[Path], Any]:
+        return lambda path: path.write_text(content(), encoding="utf-8")
 
-    def picture(pixels: Any, view: str, kind: str) -> Callable[[Path], None]:
+    def picture(pixels: Any, view: str, kind: str) -> Callable[[Path], Any]:
         described = {**about, "camera": view, "content": kind}
         return lambda path: write_image(path, pixels, metadata=described)
 
     content = {**result.to_json(), **({"metadata": about} if about else {})}
-    jobs: list[tuple[str, Callable[[Path], None]]] = [
-        ("result.json", text(lambda: json.dumps(content, indent=2, allow_nan=False, default=str) + "\n")),
-        ("fitted.toml", lambda path: write_whole(path, lambda there: save_scene(result.scene, there))),
-    ]
+    jobs: dict[str, Callable[[Path], Any]] = {
+        "result.json": text(lambda: json.dumps(content, indent=2, allow_nan=False, default=str) + "\n"),
+        "fitted.toml": lambda path: save_scene(result.scene, path),
+    }
     for view, suffix in zip(result.views, _suffixes([view.camera for view in result.views]), strict=True):
-        jobs += [
-            (f"render{suffix}.exr", picture(view.render, view.camera, "render with the fitted coefficients")),
-            (f"residual{suffix}.exr", picture(view.residual, view.camera, "render - target")),
-        ]
+        jobs[f"render{suffix}.exr"] = picture(view.render, view.camera, "render with the fitted coefficients")
+        jobs[f"residual{suffix}.exr"] = picture(view.residual, view.camera, "render - target")
     # The page is made last: whatever it meets, the numbers are on the disk by then.
-    jobs.append(("report.html", text(lambda: report_html(result, title=title, truth=truth))))
+    jobs["report.html"] = text(lambda: report_html(result, title=title, truth=truth))
+    return write_together(folder, jobs, last="result.json")
 
-    written = []
-    for name, write in jobs:
-        path = folder / name
+
+def write_together(folder: Path, jobs: Mapping[str, Callable[[Path], Any]], last: str) -> list[Path]:
+    """Writes the files of a folder so that, whenever the program is ended, all are of one run where `last` stands.
+
+    All are made in the folder `unfinished` within it. Then `last` is taken away, the others are renamed to their places,
+    and `last` at the end. Where something fails, what was made so far stays in `unfinished`, which the next run replaces.
+
+    Returns the paths in the order of `jobs`. Raises `OutputError`.
+    """
+    from diffwhitted.image import ImageError
+
+    made = folder / UNFINISHED
+    # Look first whether everything can be put in its place.
+    with explained(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    for name in jobs:
+        with explained(folder / name):
+            _check_replaceable(folder / name)
+    # Make the files.
+    with explained(made):
+        if made.is_dir():
+            shutil.rmtree(made)
+        made.mkdir()
+    for name, write in jobs.items():
         try:
-            with explained(path):
-                write(path)
+            with explained(folder / name):
+                write(made / name)
         except ImageError as error:
             raise OutputError(f"cannot write results: {error}") from error
-        written.append(path)
-    return written
+    # Put them in their places.
+    with explained(folder):
+        (folder / last).unlink(missing_ok=True)
+        for name in sorted(jobs, key=lambda name: name == last):
+            os.replace(made / name, folder / name)
+        made.rmdir()
+    return [folder / name for name in jobs]
+
+
+def _check_replaceable(path: Path) -> None:
+    """Raise an operating system's error where a file of this name cannot be replaced by another."""
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "there is a folder of this name", str(path))
+    if kind := not_a_file(path):
+        raise IsADirectoryError(errno.EISDIR, f"there is {kind} of this name", str(path))
 
 
 def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
     """Calls `write` on a hidden name beside `path` and renames; nothing stays where it fails."""
-    if path.is_dir():
-        raise IsADirectoryError(errno.EISDIR, "there is a folder of this name", str(path))
+    _check_replaceable(path)
     temporary = path.with_name(f".{path.stem}-{secrets.token_hex(4)}{path.suffix}")
     try:
         write(temporary)

@@ -10,6 +10,7 @@ import tomlkit
 from pydantic import ValidationError
 
 from ..._errors import SceneError
+from ..._files import not_a_file
 from ...records import Registry, nearest_name
 from ...scene import BACKGROUNDS, LIGHTS, OBJECTS, TEXTURES, Precision, Scene, float_dtype
 from ...scene.backgrounds import ConstantBackground, GradientBackground
@@ -48,6 +49,8 @@ def save_scene(scene: Scene, path: str | os.PathLike) -> None:
     """
     text = scene_text(scene, source=str(path))
     target = Path(os.path.realpath(path))
+    if kind := not_a_file(target):
+        raise SceneError(f"{str(path)}: this is {kind}, which would be lost; give the name of a file")
     partial = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
         try:
@@ -86,6 +89,8 @@ def scene_text(scene: Scene, *, source: str = "scene") -> str:
 
 
 def _text(path: Path) -> str:
+    if kind := not_a_file(path):
+        raise SceneError(f"{path}: this is {kind}; write the scene to a file and give its name")
     try:
         with open(path, "rb") as file:
             data = file.read(LARGEST_FILE + 1)

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from ...numerics._coverage import Linear, coverage, joint_coverage
-from ...numerics._stage import stage
+from ...numerics._stage import always, stage
 
 STRIPS = 4
 STRAIGHT = 0.05
@@ -101,7 +101,7 @@ def _one_edge(t: Linear) -> Float[Array, "*n"]:
 def _two_edges(s: Linear, t: Linear) -> Float[Array, "*n"]:
     """The mean of the product of two waves, each with at most one edge in the footprint."""
     (g, sign_g), (h, sign_h) = _nearest_edge(s), _nearest_edge(t)
-    here = sign_g[0] >= -1
+    here = always(sign_g)
     both = stage(here, joint_coverage, g, h)
     return sign_g * sign_h * (4 * both - 2 * stage(here, coverage, g) - 2 * stage(here, coverage, h) + 1)
 
