@@ -1,4 +1,5 @@
-"""What accuracy costs in time: ways to antialias against each other and POV-Ray's, and a tree cut off by its throughput.
+"""What accuracy costs in time: ways to antialias against each other and POV-Ray's, and a tree cut off by its
+throughput.
 
 Errors are RMS differences in linear RGB from 32 x 32 points a pixel.
 """

@@ -18,7 +18,8 @@ from ._timing import Seconds, ratio, taking_turns
 ROUNDS = 15
 FORWARD_TARGET, REVERSE_TARGET = 2.5, 4.0
 ONE = "glass.k_t"
-"""It scales throughputs and tints shadows: of the coefficients that move no ray the dearest to differentiate forward."""
+"""It scales throughputs and tints shadows: of the coefficients that move no ray the dearest to differentiate forward.
+"""
 
 
 class Replay:
@@ -113,8 +114,8 @@ def _errors() -> list[Figure]:
             found["forward"],
             "",
             1e-4,
-            f"root mean square over that of the derivative, in float32; worst of {found['count']} coefficients ({found['worst']}); "
-            f"{found['forward64']:.1g} in float64",
+            f"root mean square over that of the derivative, in float32; worst of {found['count']} coefficients "
+            f"({found['worst']}); {found['forward64']:.1g} in float64",
         ),
         Figure(
             "reverse derivative against forward",

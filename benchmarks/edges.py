@@ -25,7 +25,9 @@ from .supersampled import INDEX, SCENES, area_true, changed, cosine, filtered, r
 SIDE, STEP = 64, 1e-3
 TREES = {1: ("one tree", 0.98, 0.20, 0.006), 2: ("2x2 trees", 0.99, 0.13, 0.002)}
 OTHERS = {1.1: (2e-4, 64), 1.33: (1e-3, 64), 1.8: (2e-4, 192), 2.4: (2e-3, 128)}
-"""Other indices, with steps that follow the speed of the edges, and points along a pixel's side enough for such a step."""
+"""Other indices, with steps that follow the speed of the edges, and points along a pixel's side enough for such a
+step.
+"""
 STARTS = (1.05, 1.1, 1.2, 1.33, 1.5, 1.8, 2.1, 2.4)
 
 
@@ -78,7 +80,8 @@ def _other_indices() -> list[Figure]:
                 relative(ours, slope),
                 "",
                 0.18,
-                f"cosine {cosine(ours, slope):.3f} (target 0.985); one tree {relative(plain, slope):.3f}, {cosine(plain, slope):.3f}",
+                f"cosine {cosine(ours, slope):.3f} (target 0.985); one tree {relative(plain, slope):.3f}, "
+                f"{cosine(plain, slope):.3f}",
             )
         )
     return figures
@@ -191,8 +194,9 @@ def _joint_fit() -> list[Figure]:
             shares[worst],
             "",
             1e-3,
-            f"{worst}; {found.status}; largest of the "
-            f"others {max(share for name, share in shares.items() if not name.startswith('blue')):.1e} without the blue sphere",
+            f"{worst}; {found.status}; largest of the others "
+            f"{max(share for name, share in shares.items() if not name.startswith('blue')):.1e} without "
+            "the blue sphere",
         ),
         Figure("joint fit of 11, largest error in standard errors", errors, "", 3.0),
         Figure("joint fit of 11, after compiling", found.seconds_solve, "s", 10.0, f"{found.steps} steps, 160x120"),

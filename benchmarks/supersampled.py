@@ -1,4 +1,6 @@
-"""The three scenes on which derivatives through moving edges are measured, and their converged references (also for the tests)."""
+"""The three scenes on which derivatives through moving edges are measured, and their converged references (also for
+the tests).
+"""
 
 from pathlib import Path
 

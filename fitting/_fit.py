@@ -50,7 +50,8 @@ def fit(
     - `starts`: how many starting points to try: the one above, the middle of the bounds, then a Sobol
       sequence over the bounds. The best end is returned.
     - `samples`: n x n rays a pixel.
-    - `coarse_to_fine`: the first steps look at fewer samples of a large target (see `_stages`); `stages` of the result says
+    - `coarse_to_fine`: the first steps look at fewer samples of a large target (see `_stages`); `stages` of the
+      result says
       at how many, and what that took.
     - `footprint`: k x k trees a pixel whose rays average what they meet over their share of it. Without it that is
       the scene's, or `samples`, where a free coefficient moves rays: their derivative lies in the edges of the picture.

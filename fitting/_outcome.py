@@ -39,7 +39,9 @@ def outcome(
     effects: tuple[tuple[str, bool, str], ...],
     notes: tuple[str, ...],
 ) -> FitResult:
-    """The result of the best run, whose residuals are in `unit` where no noise is given; its counts of starts and seconds are filled in by the caller."""
+    """The result of the best run, whose residuals are in `unit` where no noise is given; its counts of starts and
+    seconds are filled in by the caller.
+    """
     unknowns = problem.unknowns
     residuals = residual_count(targets)
     given = targets[0].noise is not None
@@ -65,13 +67,14 @@ def outcome(
     if coarse:
         which = ", ".join(coarse) if len(coarse) < 4 else f"{len(coarse)} coefficients"
         notes = (
-            f"the uncertainty of {which} is mostly what the ray trees leave out of a pixel; a larger footprint narrows it",
+            f"the uncertainty of {which} is mostly what the ray trees leave out of a pixel; a larger footprint "
+            "narrows it",
             *notes,
         )
     if np.isnan(noise):
         notes = (
-            f"there are no more residuals ({residuals}) than unknowns ({len(unknowns)}), so the noise cannot be estimated "
-            "and there are no standard errors; give the noise",
+            f"there are no more residuals ({residuals}) than unknowns ({len(unknowns)}), so the noise cannot be "
+            "estimated and there are no standard errors; give the noise",
             *notes,
         )
     status, message = _status(

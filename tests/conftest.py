@@ -12,7 +12,9 @@ import pytest
 jax.config.update("jax_enable_x64", True)
 
 SOON_COMPILED = {"xla_backend_optimization_level": 0}
-"""For programs that are compiled for longer than they run: the same operations, without optimisation of the machine code."""
+"""For programs that are compiled for longer than they run: the same operations, without optimisation of the machine
+code.
+"""
 
 LONGEST = ("test_notebooks", "test_edges", "test_fit_index", "test_gradients", "test_fuzz", "test_fit")
 """Files that take minutes, begun first so that no worker is left with one at the end."""

@@ -1,4 +1,5 @@
-"""The fit of a refractive index, on its own and with other coefficients, on targets that the fit's renderer did not make.
+"""The fit of a refractive index, on its own and with other coefficients, on targets that the fit's renderer did not
+make.
 
 Targets are means of points, which is what a camera sees, and POV-Ray's picture of points.
 """

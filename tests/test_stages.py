@@ -67,7 +67,9 @@ def test_some_passes_weigh_as_much_as_all():
 
 
 def test_squares_have_the_mean_of_their_pixels():
-    """Weighted by the squares of the weights, so that a uniform residual counts as much as before; nothing where all is masked."""
+    """Weighted by the squares of the weights, so that a uniform residual counts as much as before; nothing where all
+    is masked.
+    """
     random = np.random.default_rng(1)
     whole = view(1, random, footprint=1)
     whole.weight[:5, :5] = 0

@@ -2,9 +2,9 @@
 
 A pixel is the square between four samples at its corners, which it shares with its neighbours. Where their colours
 differ by more than a threshold, or something small may lie between them, the square is divided into four, and these
-again, down to `LEVELS` times. The pixel is the sum of the means over its squares, weighted by their areas. Small objects:
-Whitted gives bounding spheres a least radius, so that some ray meets them; here a ray that passes by a bounding
-sphere closer than the distance of two samples, of an object smaller than that, has its squares divided.
+again, down to `LEVELS` times. The pixel is the sum of the means over its squares, weighted by their areas. Small
+objects: Whitted gives bounding spheres a least radius, so that some ray meets them; here a ray that passes by a
+bounding sphere closer than the distance of two samples, of an object smaller than that, has its squares divided.
 """
 
 from dataclasses import dataclass
@@ -141,7 +141,9 @@ class _Tracer:
 
 @dataclass(frozen=True, eq=False)
 class Squares:
-    """Parts of pixels, one entry each: their pixel, top left corner on the finest lattice, and (n, 4, 4) colours and doubt at the corners."""
+    """Parts of pixels, one entry each: their pixel, top left corner on the finest lattice, and (n, 4, 4) colours and
+    doubt at the corners.
+    """
 
     pixel: np.ndarray
     row: np.ndarray
@@ -185,6 +187,8 @@ class Squares:
 def _pass(
     scene: Scene, camera: Camera, plan: Plan, samples: Samples
 ) -> tuple[Float[Array, "4 pixels"], Float[Array, ""]]:
-    """One pass: colour, and how much light comes along rays that pass by something small; and the number of descendants."""
+    """One pass: colour, and how much light comes along rays that pass by something small; and the number of
+    descendants.
+    """
     light, beside, descendants = trace_beside_small(tabulate(scene), camera, plan, samples)
     return jnp.concatenate([light.stacked(axis=0), beside.x[None]]), descendants

@@ -34,7 +34,9 @@ def traced_list(
 
 
 def film_of(program: Callable[[Samples], tuple], plan: Plan, samples: Samples) -> tuple[np.ndarray, int]:
-    """The film of one pass and its rays, in two halves where its tree is larger than the plan's room: no program is compiled for more."""
+    """The film of one pass and its rays, in two halves where its tree is larger than the plan's room: no program is
+    compiled for more.
+    """
     film, descendants = program(samples)
     count = int(samples.there.sum())
     if int(descendants) <= plan.capacity:

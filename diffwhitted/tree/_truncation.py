@@ -1,8 +1,8 @@
 """Where the tree ends: past the depth limit, and where a branch would carry less than the cutoff.
 
-A child carries its parent's throughput times the coefficient of its branch (Hall and Greenberg 1983 end the tree by that,
-"adaptive depth"). What the children that are not followed could have brought is at most the sum of their throughputs, each
-times the most light that can come along its ray.
+A child carries its parent's throughput times the coefficient of its branch (Hall and Greenberg 1983 end the tree by
+that, "adaptive depth"). What the children that are not followed could have brought is at most the sum of their
+throughputs, each times the most light that can come along its ray.
 """
 
 import equinox as eqx
@@ -23,7 +23,7 @@ Children = tuple[Int[Array, "n"], Bool[Array, "n"], Bool[Array, "n"] | None]
 def followed(
     tables: Tables, plan: Plan, at: Arrival, level: Int[Array, "n"], throughput: Vec3 | None, children: Children
 ) -> Children:
-    """Those of the children that are followed. What runs past an outline is no deeper than its parent, and always is."""
+    """The children that are followed. What runs past an outline is no deeper than its parent: it always is."""
     mirror, through, past = children
     deeper = level < (plan.max_depth if tables.max_depth is None else tables.max_depth)
     keep_mirror = keep_through = deeper

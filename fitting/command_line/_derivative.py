@@ -28,7 +28,8 @@ Out = Annotated[
         "-o",
         metavar="FILE",
         show_default=False,
-        help="Image to write: .exr .tif hold the derivative itself, linear RGB; .png shows it in signed colours with a scale.",
+        help="Image to write: .exr .tif hold the derivative itself, linear RGB; .png shows it in signed colours "
+        "with a scale.",
     ),
 ]
 Footprint = Annotated[
@@ -119,7 +120,8 @@ def derivative(
         )
     more = f", {np.count_nonzero(found.refined):,} pixels refined" if found.refined.any() else ""
     print(
-        f"wrote {out}: {view.width} x {view.height} pixels, largest |d/d {of}| {abs(slope).max():.4g}; {found.rays:,} rays{more}"
+        f"wrote {out}: {view.width} x {view.height} pixels, largest |d/d {of}| {abs(slope).max():.4g}; "
+        f"{found.rays:,} rays{more}"
     )
     if truth is not None:
         print(agreement(slope, truth, check_samples, step))

@@ -38,7 +38,8 @@ def _check_platforms(jax: ModuleType) -> None:
         jax.devices()
     except (RuntimeError, AssertionError) as error:
         raise InputError(
-            f"JAX cannot compute on JAX_PLATFORMS = {platforms!r}: {' '.join(str(error).split())[:200] or 'not found'}; "
+            f"JAX cannot compute on JAX_PLATFORMS = {platforms!r}: "
+            f"{' '.join(str(error).split())[:200] or 'not found'}; "
             "unset it, or set it to cpu"
         ) from None
 

@@ -44,7 +44,8 @@ Maps = Annotated[
         "--maps",
         metavar="IMAGE",
         show_default=False,
-        help="Draw the picture with the rays, the depth and the antialiasing squares of each pixel: a PNG, SVG or PDF file.",
+        help="Draw the picture with the rays, the depth and the antialiasing squares of each pixel: a PNG, SVG or "
+        "PDF file.",
     ),
 ]
 
@@ -186,8 +187,9 @@ def _cost_table(explanation: Explanation) -> Table:
 def _about_cost(cost: PictureCost) -> str:
     parts = ", ".join(f"{name} {share:.0%}" for name, share in asdict(cost.work).items())
     return (
-        f"Of the time: {parts}. Overhead is the way along known rays, intersection the search for what rays and shadow rays "
-        "meet, shading the light. What two effects share counts in both. Each was compiled once: less than a fifth is noise there."
+        f"Of the time: {parts}. Overhead is the way along known rays, intersection the search for what rays and "
+        "shadow rays meet, shading the light. What two effects share counts in both. Each was compiled once: less "
+        "than a fifth is noise there."
     )
 
 

@@ -31,7 +31,8 @@ def unsettled(
     share: float,
     errors: float,
 ) -> np.ndarray:
-    """Which coefficients the next step -R^-1 q would move by more than `share` of themselves and `errors` of their error.
+    """Which coefficients the next step -R^-1 q would move by more than `share` of themselves and `errors` of their
+    error.
 
     The step goes along the directions that the rank of R determines; whether their error is small does not matter here.
     A coefficient that the step would push through a bound close by is held there, and the step of the others
@@ -53,7 +54,9 @@ def next_step(
     unknowns: tuple[Unknown, ...],
     precision: float,
 ) -> np.ndarray:
-    """The step -R^-1 q along the `free` coefficients, 0 for those that it would push through a bound no further than `near`."""
+    """The step -R^-1 q along the `free` coefficients, 0 for those that it would push through a bound no further than
+    `near`.
+    """
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
     for _ in range(len(unknowns) + 1):
         step = _step(factor, remainder, free, precision)
@@ -83,7 +86,9 @@ def on_bound(values: np.ndarray, unknowns: tuple[Unknown, ...]) -> np.ndarray:
 
 
 def off_bound(values: np.ndarray, unknowns: tuple[Unknown, ...]) -> np.ndarray:
-    """The values with those that lie on a bound a little inside, from where they may move: on a bound no unknown has a slope."""
+    """The values with those that lie on a bound a little inside, from where they may move: on a bound no unknown has
+    a slope.
+    """
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
     margin = NEARLY * (high - low)
     return np.where(on_bound(values, unknowns), np.clip(values, low + margin, high - margin), values)
@@ -99,7 +104,9 @@ def _step(factor, remainder, free, precision) -> np.ndarray:
 def rest_test(
     scene: Scene, targets: tuple[Target, ...], unknowns: tuple[Unknown, ...], unit: float, errors: float = 0.005
 ):
-    """A test for the solver: are these coefficients, with this R, q and loss, as good as they will get, or to `errors` of their errors?"""
+    """A test for the solver: are these coefficients, with this R, q and loss, as good as they will get, or to
+    `errors` of their errors?
+    """
 
     def at_rest(values, factor, remainder, loss) -> bool:
         known = uncertainty(

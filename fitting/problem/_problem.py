@@ -137,7 +137,9 @@ def _with_room(program, scene: Scene, unknowns: tuple[Unknown, ...], values, par
 
 @eqx.filter_jit
 def part_factor(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array, "p"], part: Part):
-    """The triangular factor of [J r] of one part, its rendered pixels (3, pixels), and the room for rays that it needs."""
+    """The triangular factor of [J r] of one part, its rendered pixels (3, pixels), and the room for rays that it
+    needs.
+    """
     rows, seen, needed = part_rows(scene, unknowns, values, part)
     return _triangular(rows.reshape(len(unknowns) + 1, -1)), seen, needed
 

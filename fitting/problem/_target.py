@@ -52,7 +52,8 @@ def _of_camera(camera: str, target) -> Target:
         return Target(target, camera)
     if target.camera not in (None, camera):
         raise FitError(
-            f"targets: the target at {camera!r} names the camera {target.camera!r}; leave one of the two out, or make them agree"
+            f"targets: the target at {camera!r} names the camera {target.camera!r}; leave one of the two out, or "
+            "make them agree"
         )
     return replace(target, camera=camera)
 
@@ -66,8 +67,8 @@ def _checked(scene: Scene, target: Target) -> Target:
         raise FitError(f"{place}: its shape is {image.shape}; allowed is (height, width, 3), linear RGB")
     if not np.issubdtype(image.dtype, np.floating):
         raise FitError(
-            f"{place}: its values are of type {image.dtype}; allowed is linear light as floating-point numbers. Of 8-bit codes "
-            "use diffwhitted.read_image, or divide and linearise"
+            f"{place}: its values are of type {image.dtype}; allowed is linear light as floating-point numbers. "
+            "Of 8-bit codes use diffwhitted.read_image, or divide and linearise"
         )
     if image.shape[:2] != size:
         raise FitError(

@@ -102,9 +102,9 @@ def solve(
 ) -> Solution:
     """From these coefficients until the steps become too small to matter, or `max_steps`, or Ctrl-C.
 
-    `at_rest(values, factor, remainder, loss)` may stop it earlier. `sigma`: blur of the residuals in pixels. Where the solver
-    rejects a step that is too small to be seen in the loss, the next ones are Gauss-Newton steps, each of which must promise
-    less than the one before. `boldness`: that of a run before, to go on with.
+    `at_rest(values, factor, remainder, loss)` may stop it earlier. `sigma`: blur of the residuals in pixels. Where
+    the solver rejects a step that is too small to be seen in the loss, the next ones are Gauss-Newton steps, each of
+    which must promise less than the one before. `boldness`: that of a run before, to go on with.
     """
     begun, method = time.perf_counter(), _method(problem.scene.dtype)
     x = problem.bounds.unknowns(jnp.asarray(start, float))
@@ -166,7 +166,9 @@ def _boldness(state):
 
 
 def _bold(state, boldness: float | None):
-    """The state with that boldness, or its own; in either case as a number of one type, for which the step is compiled once."""
+    """The state with that boldness, or its own; in either case as a number of one type, for which the step is
+    compiled once.
+    """
     own = _boldness(state)
     return eqx.tree_at(_boldness, state, jnp.asarray(float(own) if boldness is None else boldness, own.dtype))
 
@@ -193,7 +195,8 @@ def _method(dtype) -> optx.LevenbergMarquardt:
     return eqx.tree_at(lambda m: m.search, method, optx.ClassicalTrustRegion(high_cutoff=0.75))
 
 
-# A Jacobian by "bwd" is an array in the state, where "fwd" would keep a program: the step compiles once for each number of unknowns.
+# A Jacobian by "bwd" is an array in the state, where "fwd" would keep a program: the step compiles once for each
+# number of unknowns.
 _OPTIONS, _TAGS = {"jac": "bwd"}, frozenset()
 
 
@@ -206,7 +209,9 @@ def first_state(method, x: Float[Array, "p"]):
 
 @eqx.filter_jit
 def advance(method, x: Float[Array, "p"], state, model: LinearModel):
-    """One step with the model at the point that the state asks for: the best point, the new state, and whether it ended."""
+    """One step with the model at the point that the state asks for: the best point, the new state, and whether it
+    ended.
+    """
     x, state, _ = method.step(model, x, None, _OPTIONS, state, _TAGS)
     return x, state, method.terminate(model, x, None, _OPTIONS, state, _TAGS)[0]
 

@@ -1,8 +1,9 @@
 """From coarse to fine: a fit takes its first steps where they cost little, and its last where they count.
 
-Where no ray moves, every pixel alone is a measurement, and some passes of a large target, whose pixels come from all over it, lead
-nearly to where all of them lead. Where rays move, residuals are blurred at first (`_pyramid`), and what is blurred over
-several pixels needs no tree for each of them. The last stage looks at all pixels, and what a fit reports is from there.
+Where no ray moves, every pixel alone is a measurement, and some passes of a large target, whose pixels come from all
+over it, lead nearly to where all of them lead. Where rays move, residuals are blurred at first (`_pyramid`), and what
+is blurred over several pixels needs no tree for each of them. The last stage looks at all pixels, and what a fit
+reports is from there.
 """
 
 import time
