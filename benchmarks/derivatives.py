@@ -1,5 +1,7 @@
 """What derivatives cost, in times of the plain replay, with their errors against central differences beside them."""
 
+from typing import Literal
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -25,7 +27,7 @@ ONE = "glass.k_t"
 class Replay:
     """The replay of one record as functions of coefficients."""
 
-    def __init__(self, precision: str = "float32", size: tuple[int, int] | None = None):
+    def __init__(self, precision: Literal["float32", "float64"] = "float32", size: tuple[int, int] | None = None):
         self.scene = three_spheres(size, precision)
         self.camera = self.scene.cameras[CAMERA]
         self.plan = diffwhitted.plan(self.scene, self.camera)

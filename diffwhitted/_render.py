@@ -81,7 +81,7 @@ def render(
                 "outside jit, grad and vmap"
             )
         return jnp.asarray(adaptive(scene, camera, antialias, max_depth=max_depth).image)
-    if given:
+    if plan is not None:
         _check(plan, scene, camera, traced)
     else:
         room = None if traced else likely_room(camera)

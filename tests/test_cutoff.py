@@ -10,8 +10,8 @@ import pytest
 
 import diffwhitted as dw
 import fitting
-from benchmarks.accuracy import nested_glass
-from benchmarks.supersampled import EXAMPLE
+from references.scenes import nested_glass
+from references.supersampled import EXAMPLE
 
 DEEP = 16
 WHOLE = 1e-12

@@ -11,6 +11,7 @@ from diffwhitted import Camera, Material, Plane, PointLight, Scene, Sphere, repl
 from diffwhitted.image import dealt
 from fitting._fit import _build
 from fitting._outcome import outcome
+from fitting.problem._target import as_targets
 from fitting.problem._unknowns import list_unknowns
 from fitting.solving._solve import solve
 
@@ -168,7 +169,7 @@ def test_intervals_cover_the_truth_in_95_of_100_noisy_targets():
     names = ("glass.k_d", "glass.k_s", "glass.k_t")
     unknowns = list_unknowns(scene, names)
     truth = np.asarray([0.3, 0.2, 0.5])
-    clean = fitting._target.as_targets(scene, picture(scene))
+    clean = as_targets(scene, picture(scene))
     problem, scale = _build(scene, clean, names, unknowns, truth, 1, None, 0)
     (view,) = problem.views
     random, covered = np.random.default_rng(0), []

@@ -13,9 +13,9 @@ from test_povray_targets import TARGETS, translated
 
 import diffwhitted as dw
 import fitting
-from benchmarks.supersampled import INDEX, area_true, changed, spheres
 from diffwhitted.image import read_image
 from fitting.judging._identifiability import QUANTILE
+from references.supersampled import INDEX, area_true, changed, spheres
 
 
 @functools.cache

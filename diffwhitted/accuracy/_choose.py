@@ -205,7 +205,7 @@ def _bound(tolerance: float | None, time_budget: float | None) -> float:
         raise InputError("choose: give a tolerance or a time budget, one of the two")
     name, value = ("tolerance", tolerance) if tolerance is not None else ("time budget", time_budget)
     try:
-        bound = float(value)
+        bound = np.nan if value is None else float(value)
     except (TypeError, ValueError):
         bound = np.nan
     if not (isfinite(bound) and bound > 0):

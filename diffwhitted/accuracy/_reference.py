@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ._knobs import Settings
 from ._tracer import Tracer
@@ -77,6 +78,6 @@ def reference(
     return Reference(refined, before, level, rays)
 
 
-def rmse(one: np.ndarray, other: np.ndarray) -> float:
+def rmse(one: ArrayLike, other: ArrayLike) -> float:
     """Root of the mean of the squared differences, over pixels and channels alike."""
-    return float(np.sqrt(np.mean(np.square(np.asarray(one, np.float64) - other))))
+    return float(np.sqrt(np.mean(np.square(np.asarray(one, np.float64) - np.asarray(other, np.float64)))))

@@ -92,7 +92,8 @@ class Tracer:
 
     def _corners(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Column and row of pixels."""
-        return tuple(at.astype(self.scene.dtype) for at in (pixels % self.camera.width, pixels // self.camera.width))
+        row, column = np.divmod(pixels, self.camera.width)
+        return column.astype(self.scene.dtype), row.astype(self.scene.dtype)
 
     def trace_spread(self, settings: Settings, pixels: np.ndarray) -> Traced:
         """The same, with all trees of a few pixels side by side: full passes also where the pixels are few and their
@@ -172,7 +173,8 @@ class Tracer:
             plan = replace(plan, effects=replace(plan.effects, shadows=False, tinted_shadows=False))
         if (program := (plan, beyond is None)) not in self._compiled:
             begun = time.perf_counter()
-            nobody = _dealt(plan, *np.zeros((2, 1), self.scene.dtype), 1)[0]
+            corner = np.zeros(1, self.scene.dtype)
+            nobody = _dealt(plan, corner, corner, 1)[0]
             places = _place_groups(1, self.scene.dtype)[0]
             _pass.lower(
                 self.scene, self.camera, plan, nobody, *places, jnp.int32(1), jnp.asarray(1, self.scene.dtype), beyond

@@ -58,7 +58,7 @@ def _nothing_kept():
     """Programs are compiled, not read from the user's cache, and not written to it. JAX looks only once whether there
     is one.
     """
-    folder = jax.config.jax_compilation_cache_dir
+    folder = jax.config.jax_compilation_cache_dir  # pyright: ignore[reportAttributeAccessIssue]
     jax.config.update("jax_compilation_cache_dir", None)
     compilation_cache.reset_cache()
     try:

@@ -47,8 +47,8 @@ def accuracy_bound(tolerance: str | None, time_budget: float | None, **settings:
         raise InputError(f"{asked} with --{beside[0]}: {asked} finds the {beside[0]} itself; give one of the two")
     if tolerance is not None:
         return {"tolerance": tolerance_number(tolerance)}
-    if not 0 < time_budget < float("inf"):
-        raise InputError(f"--time-budget {time_budget:g}: allowed is a number of seconds above 0")
+    if time_budget is None or not 0 < time_budget < float("inf"):
+        raise InputError(f"--time-budget {time_budget}: allowed is a number of seconds above 0")
     return {"time_budget": time_budget}
 
 

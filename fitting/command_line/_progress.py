@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fitting import FitStep
@@ -28,7 +28,7 @@ class Progress:
             Live(console=console, get_renderable=self._line, refresh_per_second=8, transient=True) if shown else None
         )
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> Progress:
         if self._live is not None:
             self._live.start()
         return self

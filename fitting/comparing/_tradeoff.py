@@ -182,7 +182,7 @@ def steps_that_count(points: Sequence, error: Callable[[Any], float]) -> list:
 def _has_float64() -> bool:
     import jax
 
-    return jax.config.jax_enable_x64
+    return jax.config.jax_enable_x64  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def _measured(

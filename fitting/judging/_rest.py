@@ -5,7 +5,7 @@ import numpy as np
 
 from diffwhitted.scene import Scene
 
-from ..problem._target import Target
+from ..problem._target import CheckedTarget
 from ..problem._unknowns import Unknown
 from ._identifiability import Uncertainty, uncertainty
 
@@ -102,7 +102,7 @@ def _step(factor, remainder, free, precision) -> np.ndarray:
 
 
 def rest_test(
-    scene: Scene, targets: tuple[Target, ...], unknowns: tuple[Unknown, ...], unit: float, errors: float = 0.005
+    scene: Scene, targets: tuple[CheckedTarget, ...], unknowns: tuple[Unknown, ...], unit: float, errors: float = 0.005
 ):
     """A test for the solver: are these coefficients, with this R, q and loss, as good as they will get, or to
     `errors` of their errors?
@@ -123,7 +123,7 @@ def rest_test(
     return at_rest
 
 
-def residual_count(targets: tuple[Target, ...]) -> int:
+def residual_count(targets: tuple[CheckedTarget, ...]) -> int:
     return sum(3 * int((t.mask > 0).sum()) for t in targets)
 
 
@@ -137,7 +137,7 @@ def rest_share(scene: Scene) -> float:
     return AT_REST * float(jnp.finfo(scene.dtype).eps)
 
 
-def residual_noise(targets: tuple[Target, ...], loss: float, unknowns: int, unit: float, scene: Scene) -> float:
+def residual_noise(targets: tuple[CheckedTarget, ...], loss: float, unknowns: int, unit: float, scene: Scene) -> float:
     """Standard deviation of the solver's residuals, which are divided by the root of their number.
 
     Given with the targets, or else estimated from what is left over, and never below the rounding of the pictures.

@@ -60,7 +60,9 @@ class View(eqx.Module):
     step: int
     """Its pixels are squares of step x step pixels of the camera."""
 
-    def picture(self, film: Float[Array, "passes channels pixels"]) -> Float[Array, "height width channels"]:
+    def picture(
+        self, film: Float[Array | np.ndarray, "passes channels pixels"]
+    ) -> Float[Array, "height width channels"]:
         """The passes put together."""
         return gathered(film, *self.weight.shape)
 

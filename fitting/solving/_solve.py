@@ -109,11 +109,12 @@ def solve(
     begun, method = time.perf_counter(), _method(problem.scene.dtype)
     x = problem.bounds.unknowns(jnp.asarray(start, float))
     state = _bold(first_state(method, x), boldness)
-    history, rejected, best = [], 0, None
+    history: list[FitStep] = []
+    rejected, best = 0, None
 
-    def note(here: Look, accepted: bool) -> Look:
+    def note(here: Look, accepted: bool, best: Look | None) -> Look:
         """The better of the two; in the history is always the loss of the better one."""
-        better = here if accepted else best
+        better = here if accepted or best is None else best
         history.append(FitStep(len(history), better.linear()[-1] * loss_scale, time.perf_counter() - begun, accepted))
         if on_step is not None:
             on_step(history[-1])
@@ -124,7 +125,7 @@ def solve(
             here = look(problem, state.y_eval, sigma)
             x, state, done = advance(method, x, state, _linear_model(problem, here))
             accepted = int(state.num_steps_since_acceptance) == 0
-            best = note(here, accepted)
+            best = note(here, accepted, best)
             rejected = 0 if accepted else rejected + 1
             if (
                 bool(done)
@@ -134,6 +135,7 @@ def solve(
                 or (rejected and _is_unseen(problem, best))
             ):
                 break
+        assert best is not None, "max_steps is 1 or more"
         while len(history) < max_steps and _is_unseen(problem, best) and not (stopped() or at_rest(*best.linear())):
             step, promise = _promise(problem, best)
             low, high = np.asarray([u.bounds for u in problem.unknowns], np.float64).T
@@ -141,7 +143,7 @@ def solve(
                 problem, problem.bounds.unknowns(jnp.asarray(np.clip(best.values + step, low, high), float)), sigma
             )
             better = _promise(problem, here)[1] < promise
-            best = note(here, better)
+            best = note(here, better, best)
             if not better:
                 break
     return Solution(

@@ -18,7 +18,7 @@ from .._result import FitStage, FitStep
 from ..judging._rest import UNIT, nearly, off_bound, rest_test
 from ..problem._problem import Problem
 from ..problem._pyramid import blurs
-from ..problem._target import Target
+from ..problem._target import CheckedTarget
 from ..problem._views import coarser, finer, some_passes
 from ._scan import best_of
 from ._solve import Solution, solve
@@ -47,7 +47,7 @@ class Stage:
         return sum(int(np.sum(part.there)) * len(part.places) for view in self.problem.views for part in view.parts)
 
 
-def stages_of(problem: Problem, targets: tuple[Target, ...], coarse_to_fine: bool) -> list[Stage]:
+def stages_of(problem: Problem, targets: tuple[CheckedTarget, ...], coarse_to_fine: bool) -> list[Stage]:
     """The stages of a fit, in order."""
 
     def rest(errors: float = 0.005):
