@@ -24,7 +24,7 @@ import pytest  # noqa: E402
 from annotations import PACKAGES  # noqa: E402
 from jaxtyping import install_import_hook  # noqa: E402
 
-if os.environ.get("CHECK_ANNOTATIONS") != "0":
+if os.environ.get("CHECK_ANNOTATIONS") == "1" or "HOOK" in os.environ:
     install_import_hook(list(PACKAGES), os.environ.get("HOOK", "annotations.checked"))
 
 jax.config.update("jax_enable_x64", True)
