@@ -29,7 +29,8 @@ check: $(READY)
 	$(VENV)/bin/pyright --pythonpath $(VENV)/bin/python
 
 docs: $(READY)
-	$(VENV)/bin/mkdocs build --strict --quiet
+	$(VENV)/bin/python docs/generated.py
+	$(VENV)/bin/zensical build --strict
 	@echo "site/index.html"
 
 benchmark: $(READY)

@@ -58,8 +58,9 @@ def stages_of(problem: Problem, targets: tuple[CheckedTarget, ...], coarse_to_fi
 
     moving, found = problem.moves, []
     camera = problem.views[0].parts[0].camera
+    fewest = min(view.weight.size for view in problem.views)
     for blur in blurs(camera.width, camera.height)[:-1] if moving else ():
-        step = _step(problem, blur) if coarse_to_fine else 1
+        step = _step(fewest, blur) if coarse_to_fine else 1
         squares = f"squares of {step} x {step} pixels, " if step > 1 else ""
         found.append(
             Stage(f"{squares}blurred by {blur:.3g} pixels", _changed(problem, coarser, step), blur, settled, False)
@@ -82,9 +83,9 @@ def _changed(problem: Problem, change: Callable, *how) -> Problem:
     return replace(problem, views=tuple(change(view, *how) for view in problem.views))
 
 
-def _step(problem: Problem, blur: float) -> int:
-    """The largest power of 2 up to half the blur that leaves pixels enough."""
-    pixels, step = min(view.weight.size for view in problem.views), 1
+def _step(pixels: int, blur: float) -> int:
+    """The largest power of 2 up to half the blur that leaves pixels enough of so many."""
+    step = 1
     while 4 * step <= blur and pixels >= 4 * step**2 * LEAST_SAMPLES:
         step *= 2
     return step
