@@ -1,5 +1,8 @@
-# make demo   make the environment, fit the example, say where the report is
-# make test   make the environment, run all tests
+# make demo        make the environment, fit the example, say where the report is
+# make test        make the environment, run all tests
+# make quick       the tests that are not slow: a minute and a half, for while one works
+# make check       format, lint and types
+# make docs        the documentation, in site/index.html
 # make benchmark   measure speed and memory against the stated targets
 
 VENV := .venv
@@ -7,7 +10,7 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python3.14; 
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
 READY := $(VENV)/ready
 
-.PHONY: demo test benchmark clean
+.PHONY: demo test quick check docs benchmark clean
 
 demo: $(READY)
 	@$(VENV)/bin/diffwhitted fit examples/three_spheres.toml --target examples/three_spheres_povray.exr \
@@ -17,6 +20,19 @@ demo: $(READY)
 test: $(READY)
 	$(VENV)/bin/python -m pytest -q -n 2 --dist loadfile --durations=15
 
+quick: $(READY)
+	$(VENV)/bin/python -m pytest -q -n 2 --dist loadfile -m "not slow"
+
+check: $(READY)
+	$(VENV)/bin/ruff format --check
+	$(VENV)/bin/ruff check
+	$(VENV)/bin/pyright --pythonpath $(VENV)/bin/python
+
+docs: $(READY)
+	$(VENV)/bin/python docs/generated.py
+	$(VENV)/bin/zensical build --strict
+	@echo "site/index.html"
+
 benchmark: $(READY)
 	$(VENV)/bin/python -m benchmarks
 
@@ -25,8 +41,8 @@ $(READY): pyproject.toml
 	@test -d $(VENV)/bin || $(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
 		echo "The venv module of $(PYTHON) is missing: sudo apt-get install python3-venv, then try again"; exit 1; }
 	$(VENV)/bin/python -m pip install -qq --disable-pip-version-check --upgrade pip
-	$(VENV)/bin/python -m pip install -qq --disable-pip-version-check --editable '.[test]'
+	$(VENV)/bin/python -m pip install -qq --disable-pip-version-check --editable '.[test,check,docs]'
 	@touch $@
 
 clean:
-	rm -rf $(VENV) demo-output
+	rm -rf $(VENV) .cache demo-output site

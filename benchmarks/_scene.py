@@ -1,6 +1,7 @@
 """The scene that everything is measured on: three spheres over a checkerboard, two lights."""
 
 from pathlib import Path
+from typing import Literal
 
 import equinox as eqx
 
@@ -32,7 +33,7 @@ UNKNOWNS = (
 """Coefficients that move no ray and that the picture determines: 18 numbers, since two k_d are linear RGB."""
 
 
-def three_spheres(size: tuple[int, int] | None = None, precision: str = "float32") -> Scene:
+def three_spheres(size: tuple[int, int] | None = None, precision: Literal["float32", "float64"] = "float32") -> Scene:
     """The scene, its camera with `size` (width, height) in place of the file's 640x480."""
     scene = diffwhitted.load_scene(SCENE_FILE, precision=precision)
     if size is None:

@@ -1,4 +1,5 @@
-"""What accuracy costs in time: ways to antialias against each other and POV-Ray's, and a tree cut off by its throughput.
+"""What accuracy costs in time: ways to antialias against each other and POV-Ray's, and a tree cut off by its
+throughput.
 
 Errors are RMS differences in linear RGB from 32 x 32 points a pixel.
 """
@@ -9,6 +10,7 @@ import numpy as np
 
 import diffwhitted
 from diffwhitted.accuracy._reference import rmse
+from references.scenes import nested_glass
 
 from . import _povray
 from ._figures import Figure
@@ -84,27 +86,6 @@ def _povray_figures(truth) -> list[Figure]:
             )
         )
     return figures
-
-
-def nested_glass(vfov_deg=30, width=320, height=240):
-    """A glass sphere in a glass sphere, on a floor under a sky (also for the tests)."""
-    objects = [
-        diffwhitted.Sphere("outer", (0, 0, 0), 1, "outer"),
-        diffwhitted.Sphere("inner", (0.1, 0, 0), 0.6, "inner"),
-        diffwhitted.Plane("floor", (0, 1, 0), -1, "floor"),
-    ]
-    materials = {
-        "outer": diffwhitted.Material(k_s=0.1, k_t=0.85, k_h=0.0, refractive_index=1.5),
-        "floor": diffwhitted.Material(k_d=0.6, k_a=0.1),
-        "inner": diffwhitted.Material(k_s=0.1, k_t=0.85, k_h=0.2, refractive_index=1.2),
-    }
-    return diffwhitted.Scene(
-        objects=objects,
-        materials=materials,
-        lights=[diffwhitted.PointLight((0, 5, 3), (1, 1, 1))],
-        background=diffwhitted.ConstantBackground((0.2, 0.3, 0.5)),
-        cameras={CAMERA: diffwhitted.Camera((0.3, 0.5, 6), (0, 0, 0), vfov_deg, width, height)},
-    )
 
 
 def _cutoff() -> list[Figure]:

@@ -1,4 +1,6 @@
-"""How long the first picture takes to compile, in a fresh process without a cache, and a second start of the command line."""
+"""How long the first picture takes to compile, in a fresh process without a cache, and a second start of the command
+line.
+"""
 
 import os
 import subprocess

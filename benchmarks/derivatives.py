@@ -1,5 +1,7 @@
 """What derivatives cost, in times of the plain replay, with their errors against central differences beside them."""
 
+from typing import Literal
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -18,13 +20,14 @@ from ._timing import Seconds, ratio, taking_turns
 ROUNDS = 15
 FORWARD_TARGET, REVERSE_TARGET = 2.5, 4.0
 ONE = "glass.k_t"
-"""It scales throughputs and tints shadows: of the coefficients that move no ray the dearest to differentiate forward."""
+"""It scales throughputs and tints shadows: of the coefficients that move no ray the dearest to differentiate forward.
+"""
 
 
 class Replay:
     """The replay of one record as functions of coefficients."""
 
-    def __init__(self, precision: str = "float32", size: tuple[int, int] | None = None):
+    def __init__(self, precision: Literal["float32", "float64"] = "float32", size: tuple[int, int] | None = None):
         self.scene = three_spheres(size, precision)
         self.camera = self.scene.cameras[CAMERA]
         self.plan = diffwhitted.plan(self.scene, self.camera)
@@ -113,8 +116,8 @@ def _errors() -> list[Figure]:
             found["forward"],
             "",
             1e-4,
-            f"root mean square over that of the derivative, in float32; worst of {found['count']} coefficients ({found['worst']}); "
-            f"{found['forward64']:.1g} in float64",
+            f"root mean square over that of the derivative, in float32; worst of {found['count']} coefficients "
+            f"({found['worst']}); {found['forward64']:.1g} in float64",
         ),
         Figure(
             "reverse derivative against forward",

@@ -30,8 +30,8 @@ def measure() -> list[Figure]:
             own["seconds"],
             "s",
             SECONDS_TARGET,
-            f"320x240, depth 5, from the middle of the bounds; shortest of {RUNS} processes; compile {own['compile']:.2f} s, "
-            f"{own['steps']} steps {own['solve']:.2f} s; {own['status']}",
+            f"320x240, depth 5, from the middle of the bounds; shortest of {RUNS} processes; compile "
+            f"{own['compile']:.2f} s, {own['steps']} steps {own['solve']:.2f} s; {own['status']}",
         ),
         Figure("largest error of a coefficient", own["worst"], "", ERROR_TARGET, _listed(own["errors"])),
     ]
@@ -50,8 +50,8 @@ def _coarse_to_fine() -> list[Figure]:
             float(np.median(ratios)),
             "",
             0.5,
-            f"{np.median(ways['coarse']):.2f} s and {np.median(ways['all']):.2f} s after compiling; {stages}; largest error "
-            f"{found['coarse'][-1]['worst']:.1g} and {found['all'][-1]['worst']:.1g}",
+            f"{np.median(ways['coarse']):.2f} s and {np.median(ways['all']):.2f} s after compiling; {stages}; "
+            f"largest error {found['coarse'][-1]['worst']:.1g} and {found['all'][-1]['worst']:.1g}",
         )
     ]
 
@@ -89,8 +89,8 @@ def _against_mitsuba(own: dict) -> list[Figure]:
             found["worst"],
             "",
             None,
-            f"after {found['seconds']:.0f} s, {found['steps']} steps ({reached}) on {found['unknowns']} numbers of its own "
-            f"model, on its own picture; this project: {own['worst']:.1g} after {own['seconds']:.1f} s",
+            f"after {found['seconds']:.0f} s, {found['steps']} steps ({reached}) on {found['unknowns']} numbers "
+            f"of its own model, on its own picture; this project: {own['worst']:.1g} after {own['seconds']:.1f} s",
         )
     ]
 

@@ -85,7 +85,8 @@ def _same_picture(image, reference) -> list[Figure]:
             rmse(image[inside], reference[inside]),
             "",
             0.002,
-            f"{inside.mean():.0%} of the pixels; {rmse(image, reference):.2g} over all; linear RGB, half-float reference",
+            f"{inside.mean():.0%} of the pixels; {rmse(image, reference):.2g} over all; linear RGB, half-float "
+            "reference",
         )
     ]
 
@@ -123,7 +124,8 @@ def _against_mitsuba(render) -> list[Figure]:
             ours.median / theirs.median,
             "",
             None,
-            f"{ours.shortest / theirs.shortest:.3g} of the shortest runs; its picture is a path-traced one of the same shapes",
+            f"{ours.shortest / theirs.shortest:.3g} of the shortest runs; its picture is a path-traced one of the "
+            "same shapes",
         ),
     ]
 

@@ -34,11 +34,11 @@ def render(
     `footprint` = k traces k x k trees in their place whose rays average what they meet over their share of the
     pixel (0: none); a branch that would carry less than `cutoff` in every channel is not followed (0: all are).
     These two and `max_depth` replace the scene's. `antialias` is the threshold of Whitted's adaptive scheme in place of
-    samples or footprint (see `antialias`; not where values are traced). `tolerance` (RMSE, such as 1/255) stands in place of
-    all of them: the cheapest that meet it are looked for (see `choose`). Works under `jit`, `grad`, `jvp` and `vmap`.
-    Derivatives in all arrays of `scene` and `camera` are those of the recorded tree: exact for the coefficients
-    that move no ray. For those that do, such as a refractive index, they see the motion of edges only with a
-    footprint.
+    samples or footprint (see `antialias`; not where values are traced). `tolerance` (RMSE, such as 1/255) stands in
+    place of all of them: the cheapest that meet it are looked for (see `choose`). Works under `jit`, `grad`, `jvp`
+    and `vmap`. Derivatives in all arrays of `scene` and `camera` are those of the recorded tree: exact for the
+    coefficients that move no ray. For those that do, such as a refractive index, they see the motion of edges only
+    with a footprint.
 
     Without a `plan` one is made for this call. Inside `jit` (or where values are traced) it must assume the
     worst, so pass `plan=diffwhitted.plan(scene, camera)` there. Raises `SceneError` for a plan that does not
@@ -52,7 +52,8 @@ def render(
             or any(option is not None for option in (max_depth, footprint, cutoff, antialias))
         ):
             raise SceneError(
-                "tolerance beside plan, samples, max_depth, footprint, cutoff or antialias, which it stands in place of; give it alone"
+                "tolerance beside plan, samples, max_depth, footprint, cutoff or antialias, which it stands in "
+                "place of; give it alone"
             )
         return jnp.asarray(choose(scene, camera, tolerance=tolerance).measured.image)
     scene = scene.with_cutoff(cutoff)
@@ -76,10 +77,11 @@ def render(
                 else "traced values"
             )
             raise SceneError(
-                f"antialias = {antialias!r} with {other}; allowed is one way to antialias, and this one only outside jit, grad and vmap"
+                f"antialias = {antialias!r} with {other}; allowed is one way to antialias, and this one only "
+                "outside jit, grad and vmap"
             )
         return jnp.asarray(adaptive(scene, camera, antialias, max_depth=max_depth).image)
-    if given:
+    if plan is not None:
         _check(plan, scene, camera, traced)
     else:
         room = None if traced else likely_room(camera)

@@ -1,5 +1,5 @@
-"""Makes the pictures of the README: target, start and fit of the example side by side; points and footprints enlarged; error
-against time; where the rays are.
+"""Makes the pictures of the README: target, start and fit of the example side by side; points and footprints
+enlarged; error against time; where the rays are.
 
 Run from the top of the repository, after `make demo`: python docs/make_pictures.py
 """

@@ -41,7 +41,7 @@ _HOMES = {
 
 
 def __getattr__(name: str):
-    """Import what is asked for when it is asked for: the command line must not wait for optimistix to print its help."""
+    """Import a name when it is asked for: the command line must not wait for optimistix to print its help."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -16,7 +16,7 @@ from ._result import FitResult, FitStep
 from .judging._rest import UNIT
 from .problem._bounds import Bounds
 from .problem._problem import Problem, any_moves, prepared
-from .problem._target import Target, as_targets
+from .problem._target import CheckedTarget, as_targets
 from .problem._unknowns import free_coefficients, list_unknowns, start_values
 from .problem._views import PART_PIXELS, PART_RAYS, view_of
 from .solving._solve import compile_solver
@@ -50,7 +50,8 @@ def fit(
     - `starts`: how many starting points to try: the one above, the middle of the bounds, then a Sobol
       sequence over the bounds. The best end is returned.
     - `samples`: n x n rays a pixel.
-    - `coarse_to_fine`: the first steps look at fewer samples of a large target (see `_stages`); `stages` of the result says
+    - `coarse_to_fine`: the first steps look at fewer samples of a large target (see `_stages`); `stages` of the
+      result says
       at how many, and what that took.
     - `footprint`: k x k trees a pixel whose rays average what they meet over their share of it. Without it that is
       the scene's, or `samples`, where a free coefficient moves rays: their derivative lies in the edges of the picture.
@@ -89,7 +90,9 @@ def fit(
     return with_runs(result, solutions, seconds_compile)
 
 
-def _build(scene: Scene, targets: tuple[Target, ...], names, unknowns, first, samples: int, max_depth, footprint: int):
+def _build(
+    scene: Scene, targets: tuple[CheckedTarget, ...], names, unknowns, first, samples: int, max_depth, footprint: int
+):
     """The problem, and the number by which its mean square becomes the sum of squares; all programs are compiled."""
     total = float(sum(3 * (t.mask > 0).sum() for t in targets))
     moving, places = any_moves(unknowns), sample_places(footprint or samples, scene.dtype)
@@ -123,7 +126,7 @@ def _starting_points(first: np.ndarray, unknowns, starts: int) -> list[np.ndarra
         shares = np.concatenate(
             [
                 np.full((1, len(unknowns)), 0.5),
-                qmc.Sobol(len(unknowns), seed=0).random_base2(max(1, (starts - 1).bit_length())),
+                qmc.Sobol(len(unknowns), rng=0).random_base2(max(1, (starts - 1).bit_length())),
             ]
         )
         points += [

@@ -9,12 +9,12 @@ import numpy as np
 from diffwhitted.image import gathered
 from diffwhitted.scene import Scene
 
-from ._result import FitResult, FittedCoefficient, FitView
+from ._result import FitResult, FittedCoefficient, FitView, Status
 from .judging._identifiability import QUANTILE, Uncertainty, uncertainty
 from .judging._misfit import at_rounding_level, is_structured
 from .judging._rest import jacobian_precision, on_bound, residual_count, residual_noise, rest_share, unsettled
 from .problem._problem import Problem
-from .problem._target import Target
+from .problem._target import CheckedTarget
 from .problem._unknowns import Unknown, insert
 from .solving._solve import Solution
 
@@ -31,7 +31,7 @@ MISFIT = (
 
 def outcome(
     scene: Scene,
-    targets: tuple[Target, ...],
+    targets: tuple[CheckedTarget, ...],
     problem: Problem,
     start: np.ndarray,
     best: Solution,
@@ -39,10 +39,12 @@ def outcome(
     effects: tuple[tuple[str, bool, str], ...],
     notes: tuple[str, ...],
 ) -> FitResult:
-    """The result of the best run, whose residuals are in `unit` where no noise is given; its counts of starts and seconds are filled in by the caller."""
+    """The result of the best run, whose residuals are in `unit` where no noise is given; its counts of starts and
+    seconds are filled in by the caller.
+    """
     unknowns = problem.unknowns
     residuals = residual_count(targets)
-    given = targets[0].noise is not None
+    noises = [t.noise for t in targets if t.noise is not None]
     noise = residual_noise(targets, best.loss, len(unknowns), unit, scene)
     eps = float(jnp.finfo(scene.dtype).eps)
     known = uncertainty(
@@ -65,20 +67,21 @@ def outcome(
     if coarse:
         which = ", ".join(coarse) if len(coarse) < 4 else f"{len(coarse)} coefficients"
         notes = (
-            f"the uncertainty of {which} is mostly what the ray trees leave out of a pixel; a larger footprint narrows it",
+            f"the uncertainty of {which} is mostly what the ray trees leave out of a pixel; a larger footprint "
+            "narrows it",
             *notes,
         )
     if np.isnan(noise):
         notes = (
-            f"there are no more residuals ({residuals}) than unknowns ({len(unknowns)}), so the noise cannot be estimated "
-            "and there are no standard errors; give the noise",
+            f"there are no more residuals ({residuals}) than unknowns ({len(unknowns)}), so the noise cannot be "
+            "estimated and there are no standard errors; give the noise",
             *notes,
         )
     status, message = _status(
         best, known, [u.name for u, moves in zip(unknowns, moving, strict=True) if moves], unknowns
     )
     squares = sum(float(np.sum(v.residual.astype(np.float64)[v.weight > 0] ** 2)) for v in views)
-    spread = np.sqrt(np.mean([np.mean(t.noise**2) for t in targets])) if given else noise * np.sqrt(residuals) * unit
+    spread = np.sqrt(np.mean([np.mean(n**2) for n in noises])) if noises else noise * np.sqrt(residuals) * unit
     return FitResult(
         status=status,
         message="; ".join((message, *notes)),
@@ -87,7 +90,7 @@ def outcome(
         rank=known.rank,
         rmse=float(np.sqrt(squares / residuals)),
         noise=float(spread),
-        noise_given=given,
+        noise_given=bool(noises),
         steps=len(best.history),
         history=best.history,
         seconds_compile=0.0,
@@ -126,7 +129,7 @@ def _coefficient(
         value=float(best.values[i]),
         start=float(start[i]),
         standard_error=float(known.standard_error[i]) if determined else None,
-        interval_95=_interval(known.interval[i], unknown, at_bound[i]) if determined else None,
+        interval_95=_interval(known.interval[i], unknown, bool(at_bound[i])) if determined else None,
         shift=float(best.shift[i]),
         identifiable=sure,
         seen=bool(known.seen[i]),
@@ -146,7 +149,7 @@ def _interval(ends: np.ndarray, unknown: Unknown, at_bound: bool) -> tuple[float
     return (lowest, high) if low - lowest < highest - high else (low, highest)
 
 
-def _status(best: Solution, known: Uncertainty, moving: list[str], unknowns) -> tuple[str, str]:
+def _status(best: Solution, known: Uncertainty, moving: list[str], unknowns) -> tuple[Status, str]:
     if best.interrupted:
         return "interrupted", f"stopped on request after {len(best.history)} steps; this is the best so far"
     if moving:
@@ -163,7 +166,7 @@ def _status(best: Solution, known: Uncertainty, moving: list[str], unknowns) -> 
     return "converged", f"converged in {len(best.history)} steps"
 
 
-def _view(target: Target, film: np.ndarray, scene: Scene) -> FitView:
+def _view(target: CheckedTarget, film: np.ndarray, scene: Scene) -> FitView:
     camera = scene.cameras[target.camera]
     render = np.asarray(gathered(film, camera.height, camera.width))
     used = target.mask > 0

@@ -1,18 +1,38 @@
-"""Set-up of the whole test process: 64-bit JAX, so that formulas are tested where rounding does not hide them.
+"""Set-up of the whole test process, before the packages are imported.
 
-Scenes stay in float32 unless a test asks for float64.
+64-bit JAX, so that formulas are tested where rounding does not hide them; scenes stay in float32 unless a test asks for
+float64. Compiled programs are kept between runs in `.cache/` and shared by the workers, the notebooks' kernels and the
+command line's processes (`JAX_COMPILATION_CACHE_DIR` names another folder). Annotations are checked while the tests
+run, unless `CHECK_ANNOTATIONS=0`.
 """
 
+import os
 from pathlib import Path
 
-import equinox as eqx
-import jax
-import pytest
+ROOT = Path(__file__).parents[1]
+KEPT = {
+    "JAX_COMPILATION_CACHE_DIR": str(ROOT / ".cache" / "compiled"),
+    "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
+    "JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES": "-1",
+}
+for _name, _value in KEPT.items():
+    os.environ.setdefault(_name, _value)
+
+import equinox as eqx  # noqa: E402 JAX reads its environment when it is imported
+import jax  # noqa: E402
+import pytest  # noqa: E402
+from annotations import PACKAGES  # noqa: E402
+from jaxtyping import install_import_hook  # noqa: E402
+
+if os.environ.get("CHECK_ANNOTATIONS") == "1" or "HOOK" in os.environ:
+    install_import_hook(list(PACKAGES), os.environ.get("HOOK", "annotations.checked"))
 
 jax.config.update("jax_enable_x64", True)
 
 SOON_COMPILED = {"xla_backend_optimization_level": 0}
-"""For programs that are compiled for longer than they run: the same operations, without optimisation of the machine code."""
+"""For programs that are compiled for longer than they run: the same operations, without optimisation of the machine
+code.
+"""
 
 LONGEST = ("test_notebooks", "test_edges", "test_fit_index", "test_gradients", "test_fuzz", "test_fit")
 """Files that take minutes, begun first so that no worker is left with one at the end."""

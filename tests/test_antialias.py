@@ -32,7 +32,9 @@ def test_pixels_are_divided_where_the_edge_is_and_nowhere_else():
 
 
 def test_it_is_as_true_as_samples_everywhere_with_fewer_of_them():
-    """Against 32 x 32 points a pixel: an edge seen by 8 x 8 squares is in error by less than that seen by 4 x 4 points."""
+    """Against 32 x 32 points a pixel: an edge seen by 8 x 8 squares is in error by less than that seen by 4 x 4
+    points.
+    """
     scene, camera, found = disc()
     truth, points = (np.asarray(dw.render(scene, camera, samples=n), np.float64) for n in (32, 4))
     assert np.sqrt(((found.image - truth) ** 2).mean()) < 0.7 * np.sqrt(((points - truth) ** 2).mean())
@@ -46,7 +48,9 @@ def test_weights_are_areas():
 
 
 def test_corners_are_shared():
-    """A picture of one colour takes one more row and column of samples than it has pixels, and a coarser threshold no more samples."""
+    """A picture of one colour takes one more row and column of samples than it has pixels, and a coarser threshold no
+    more samples.
+    """
     scene, camera, found = disc()
     inside = dw.antialias(scene_of(dw.Sphere("ball", (0, 0, -10), 200.0, "white")), camera, 0.1)
     assert inside.samples == 33 * 25 == inside.rays and (inside.image == 1).all()

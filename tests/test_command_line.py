@@ -136,7 +136,7 @@ def test_a_reader_that_goes_away_is_no_error(place):
 
 
 def test_a_picture_for_eyes_is_filtered_unless_told_otherwise(place, capsys):
-    """PNG: one filtered tree a pixel, with rays past outlines; EXR: points. Samples and footprint exclude each other."""
+    """PNG: one filtered tree a pixel, with rays past outlines; EXR: points. Samples exclude a footprint."""
     assert chosen_footprint(None, 1, 0, for_eyes=True) == 1 and chosen_footprint(None, 1, 0, for_eyes=False) == 0
     assert chosen_footprint(None, 4, 1, for_eyes=True) == 0 and chosen_footprint(0, 1, 2, for_eyes=True) == 0
     assert chosen_footprint(None, 1, 2, for_eyes=False) == 2 and chosen_footprint(3, 1, 0, for_eyes=False) == 3
@@ -145,7 +145,9 @@ def test_a_picture_for_eyes_is_filtered_unless_told_otherwise(place, capsys):
 
 
 def test_the_derivative_of_a_coefficient(place, capsys):
-    """Where no ray moves it is exact, so the difference of points agrees to the noise of the points; written as numbers and as a picture."""
+    """Where no ray moves it is exact, so the difference of points agrees to the noise of the points; written as
+    numbers and as a picture.
+    """
     assert (
         main(
             [

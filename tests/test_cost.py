@@ -1,4 +1,6 @@
-"""What `explain` says a picture costs: counts against what was traced, and each effect against the picture without it."""
+"""What `explain` says a picture costs: counts against what was traced, and each effect against the picture without
+it.
+"""
 
 import functools
 

@@ -1,4 +1,6 @@
-"""Means over a pixel of what an edge cuts: against counting on a fine grid, and their derivatives against differences."""
+"""Means over a pixel of what an edge cuts: against counting on a fine grid, and their derivatives against
+differences.
+"""
 
 import jax
 import jax.numpy as jnp
@@ -67,7 +69,9 @@ def test_joint_coverage_is_the_area_that_two_edges_leave(g, h):
 
 
 def test_joint_coverage_has_the_derivative_of_that_area():
-    """Half the square is right of a vertical edge that moves by d: below a horizontal edge in the middle the area grows by d / 2."""
+    """Half the square is right of a vertical edge that moves by d: below a horizontal edge in the middle the area
+    grows by d / 2.
+    """
     slope = jax.grad(lambda d: joint_coverage(linear(0, 1, 0) - (-d), linear(0, 0, 1))[0])(0.1)
     assert slope == pytest.approx(0.5, abs=1e-9)
 

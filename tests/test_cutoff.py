@@ -10,8 +10,8 @@ import pytest
 
 import diffwhitted as dw
 import fitting
-from benchmarks.accuracy import nested_glass
-from benchmarks.supersampled import EXAMPLE
+from references.scenes import nested_glass
+from references.supersampled import EXAMPLE
 
 DEEP = 16
 WHOLE = 1e-12
@@ -86,7 +86,9 @@ def test_the_bound_holds_against_a_much_deeper_tree(name, depth, cutoff):
 
 
 def test_the_bound_is_not_vacuous():
-    """Within a factor of 20 of the largest error on three of the four scenes. Where k_s + k_t = 1 the series does not converge."""
+    """Within a factor of 20 of the largest error on three of the four scenes. Where k_s + k_t = 1 the series does not
+    converge.
+    """
     ratios = {
         name: bounded(name, DEEP, 0.05).most
         / (bounded(name, DEEP, WHOLE).image - bounded(name, DEEP, 0.05).image).max()
@@ -110,14 +112,18 @@ def test_a_bound_past_all_numbers_is_infinite_where_light_is_left_out():
 
 
 def test_a_cutoff_drops_most_rays_of_nested_glass():
-    """Cutoff 1/512: few of the rays. Several branches of a pixel may be below it, so the largest error is up to twice as large."""
+    """Cutoff 1/512: few of the rays. Several branches of a pixel may be below it, so the largest error is up to twice
+    as large.
+    """
     whole, part = bounded("nested glass", DEEP, WHOLE), bounded("nested glass", DEEP, 1 / 512)
     missing = whole.image - part.image
     assert part.rays < 0.25 * whole.rays and missing.max() < 2 / 512 and np.sqrt((missing**2).mean()) < 0.5 / 512
 
 
 def test_the_derivatives_of_what_is_kept_are_exact():
-    """Of the picture with a cutoff, by forward mode, against its own central difference: the tree is the same at both ends."""
+    """Of the picture with a cutoff, by forward mode, against its own central difference: the tree is the same at both
+    ends.
+    """
     scene, camera = scene_of("hall of mirrors")
     scene = scene.with_cutoff(0.05)
     plan = dw.plan(scene, camera, max_depth=8)
@@ -132,7 +138,9 @@ def test_the_derivatives_of_what_is_kept_are_exact():
 
 
 def test_what_a_fit_leaves_free_is_cut_off_by_the_most_that_it_may_become():
-    """From a start at which all mirror rays would be cut off, with a cutoff that the whole tree of the truth is above."""
+    """From a start at which all mirror rays would be cut off, with a cutoff that the whole tree of the truth is
+    above.
+    """
     scene, camera = scene_of("hall of mirrors")
     picture = np.asarray(dw.render(scene, camera, max_depth=4))
     found = fitting.fit(scene.with_cutoff(0.1), picture, ["mirror.k_s"], start={"mirror.k_s": 0.05}, max_depth=4)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import diffwhitted as dw
-from benchmarks.supersampled import EXAMPLE
 from diffwhitted.rendering import _derivative
+from references.supersampled import EXAMPLE
 
 
 @functools.cache

@@ -9,10 +9,10 @@ import functools
 import numpy as np
 import pytest
 
-from benchmarks.supersampled import SCENES, area_true, changed, cosine, filtered, reference, relative
 from diffwhitted.accuracy._reference import rmse
 from diffwhitted.rendering._passes import traced_passes
 from diffwhitted.tree import make_plan
+from references.supersampled import SCENES, area_true, changed, cosine, filtered, reference, relative
 
 STEP, SIDE = 2e-3, 48
 

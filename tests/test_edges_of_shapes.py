@@ -15,10 +15,10 @@ import pytest
 from conftest import SOON_COMPILED
 
 import diffwhitted as dw
-from benchmarks.supersampled import area_true, cosine, relative
 from diffwhitted.accuracy._reference import rmse
 from diffwhitted.rendering._passes import render_passes
 from diffwhitted.tree import make_plan
+from references.supersampled import area_true, cosine, relative
 
 SIDE = 32
 TILES = {"tiles": dw.Checker([[0.9, 0.1, 0.1], [1, 1, 1]], 1.0, "xz")}

@@ -1,5 +1,7 @@
 """Fits: known coefficients are found from far away, and what cannot be known is said to be so."""
 
+from dataclasses import replace
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -11,6 +13,7 @@ from diffwhitted import Camera, Material, Plane, PointLight, Scene, Sphere, repl
 from diffwhitted.image import dealt
 from fitting._fit import _build
 from fitting._outcome import outcome
+from fitting.problem._target import as_targets
 from fitting.problem._unknowns import list_unknowns
 from fitting.solving._solve import solve
 
@@ -168,7 +171,7 @@ def test_intervals_cover_the_truth_in_95_of_100_noisy_targets():
     names = ("glass.k_d", "glass.k_s", "glass.k_t")
     unknowns = list_unknowns(scene, names)
     truth = np.asarray([0.3, 0.2, 0.5])
-    clean = fitting._target.as_targets(scene, picture(scene))
+    clean = as_targets(scene, picture(scene))
     problem, scale = _build(scene, clean, names, unknowns, truth, 1, None, 0)
     (view,) = problem.views
     random, covered = np.random.default_rng(0), []
@@ -177,9 +180,7 @@ def test_intervals_cover_the_truth_in_95_of_100_noisy_targets():
         film = dealt(jnp.asarray(noisy, jnp.float32), view.passes, view.parts[0].plan.pass_pixels)
         noisy_problem = eqx.tree_at(lambda p: [part.target for part in p.views[0].parts], problem, list(film))
         best = solve(noisy_problem, truth, max_steps=30)
-        result = outcome(
-            scene, (fitting.Target(noisy, "main", clean[0].mask),), noisy_problem, truth, best, 0.01, (), ()
-        )
+        result = outcome(scene, (replace(clean[0], image=noisy),), noisy_problem, truth, best, 0.01, (), ())
         assert result.noise == pytest.approx(noise, rel=0.1)
         covered.append(
             [

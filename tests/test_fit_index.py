@@ -1,4 +1,5 @@
-"""The fit of a refractive index, on its own and with other coefficients, on targets that the fit's renderer did not make.
+"""The fit of a refractive index, on its own and with other coefficients, on targets that the fit's renderer did not
+make.
 
 Targets are means of points, which is what a camera sees, and POV-Ray's picture of points.
 """
@@ -12,9 +13,9 @@ from test_povray_targets import TARGETS, translated
 
 import diffwhitted as dw
 import fitting
-from benchmarks.supersampled import INDEX, area_true, changed, spheres
 from diffwhitted.image import read_image
 from fitting.judging._identifiability import QUANTILE
+from references.supersampled import INDEX, area_true, changed, spheres
 
 
 @functools.cache

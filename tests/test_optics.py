@@ -1,4 +1,6 @@
-"""How rays bend: Snell's law by table and by Whitted's form, the critical angle, grazing incidence, and index ratio 1."""
+"""How rays bend: Snell's law by table and by Whitted's form, the critical angle, grazing incidence, and index ratio
+1.
+"""
 
 import json
 from pathlib import Path
@@ -33,7 +35,9 @@ def etas(rows):
 
 
 def whitted_direction(u, normal, index):
-    """Whitted's P = k_f (N + V') - N with V' = u / |u.N| and k_f = (index**2 |V'|**2 - |V' + N|**2)**(-1/2), made unit."""
+    """Whitted's P = k_f (N + V') - N with V' = u / |u.N| and k_f = (index**2 |V'|**2 - |V' + N|**2)**(-1/2), made
+    unit.
+    """
     v = u / np.abs((u * normal).sum(-1, keepdims=True))
     k_f = (index**2 * (v * v).sum(-1, keepdims=True) - ((v + normal) ** 2).sum(-1, keepdims=True)) ** -0.5
     p = k_f * (normal + v) - normal

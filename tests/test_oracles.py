@@ -26,7 +26,8 @@ DEPTH = 1 + BOOK["shading_model"]["max_depth"]
 
 NOT_EXPRESSIBLE = {
     "reflective and transparent floor, Schlick weights": "the weights are Schlick's, not constant coefficients",
-    "refracted ray meets a position-coloured outer sphere": "no texture is the position itself: the hit point is tested instead",
+    "refracted ray meets a position-coloured outer sphere": "no texture is the position itself: the hit point is "
+    "tested instead",
 }
 
 
@@ -106,7 +107,9 @@ def test_the_cases_left_out_are_there():
 
 @pytest.mark.parametrize("case", cases("local_lighting"))
 def test_local_lighting(case):
-    """A plane through the point; where the book says "in shadow", a small ball between it and the light, behind the eye."""
+    """A plane through the point; where the book says "in shadow", a small ball between it and the light, behind the
+    eye.
+    """
     assert case["material"] == "default"
     light = np.asarray(case["light_position"], float)
     place = 0.5 * light if case["in_shadow"] else np.array([0.0, 0.0, 1e6])
@@ -172,7 +175,8 @@ def test_point_where_the_refracted_ray_meets_the_outer_sphere():
     "crossing", [c for c in BOOK["n1_n2"]["crossings"] if c["t"] != 4.75], ids=lambda c: f"t={c['t']}"
 )
 def test_indices_on_both_sides(crossing):
-    """Glass in glass: the index on the ray's side and beyond, from the solid that the surface bounds and the one around it.
+    """Glass in glass: the index on the ray's side and beyond, from the solid that the surface bounds and the one
+    around it.
 
     At t = 4.75 the book leaves B inside C, which it entered inside B: the two overlap.
     """

@@ -15,7 +15,9 @@ FACTOR = np.diag([1.0, 0.1])
 
 @pytest.fixture
 def problem(monkeypatch):
-    """Each look finds a loss that is a little larger than it should be, more so each time, and a gradient that is right."""
+    """Each look finds a loss that is a little larger than it should be, more so each time, and a gradient that is
+    right.
+    """
     scene = dw.Scene(
         objects=[dw.Sphere("ball", (0, 0, 0), 1, "ball")],
         materials={"ball": dw.Material(k_d=0.5, k_h=0.5)},

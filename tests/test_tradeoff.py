@@ -333,7 +333,8 @@ OWN, FINE, FINER = (
 
 def test_the_recommendation_names_settings_cost_and_the_next_step():
     assert recommendation(measured(OWN, FINE, FINER)) == (
-        "For 1/255: depth 4, footprint 1: 210 ms, error 0.0035; the next step down in error, depth 5, footprint 2 with 0.002, costs 3.1 times."
+        "For 1/255: depth 4, footprint 1: 210 ms, error 0.0035; the next step down in error, depth 5, footprint 2 "
+        "with 0.002, costs 3.1 times."
     )
     assert recommendation(measured(OWN, FINE)).endswith("No setting here is more accurate by a fifth or more.")
     assert "no setting is so accurate here; the nearest is depth 4, footprint 1: error 0.0035" in recommendation(

@@ -1,4 +1,6 @@
-"""What accuracy costs in a fit: its knobs, errors against the truth, and what is said of them. The command is in test_tradeoff."""
+"""What accuracy costs in a fit: its knobs, errors against the truth, and what is said of them. The command is in
+test_tradeoff.
+"""
 
 import dataclasses
 import inspect
@@ -162,8 +164,8 @@ def test_the_recommendation_is_the_cheapest_that_is_nearly_as_good_as_the_best(s
         (own.only(footprint=2), "converged", 0.01, 0.3),
     ]
     assert recommendation(measured(*points)) == (
-        "For a fit: depth 5, footprint 1: 120 ms, largest error 0.019 of the bounds (m.k_d); the default, depth 5, 1 point, takes 30 ms "
-        "and errs by 0.1 of the bounds (m.k_d)."
+        "For a fit: depth 5, footprint 1: 120 ms, largest error 0.019 of the bounds (m.k_d); the default, depth "
+        "5, 1 point, takes 30 ms and errs by 0.1 of the bounds (m.k_d)."
     )
     lost = measured((own, "not_converged", 0.1, 0.03), points[2])
     assert recommendation(lost).endswith("errs by 0.1 of the bounds (m.k_d), and says itself that it is not converged.")

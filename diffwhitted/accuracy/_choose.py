@@ -1,4 +1,6 @@
-"""A picture with settings and what it takes; the cheapest settings for a tolerance, or the most accurate for a time, found on a part of the pixels."""
+"""A picture with settings and what it takes; the cheapest settings for a tolerance, or the most accurate for a time,
+found on a part of the pixels.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -76,20 +78,23 @@ def choose(
     time_budget: float | None = None,
     on_work: Callable[[str], None] | None = None,
 ) -> Choice:
-    """The cheapest settings whose error is within `tolerance`, or the most accurate that take `time_budget` seconds or less.
+    """The cheapest settings whose error is within `tolerance`, or the most accurate that take `time_budget` seconds
+    or less.
 
     - `tolerance`: largest RMSE in linear RGB, against a far more accurate reference: more depth, more trees.
     - `time_budget`: for the picture, its program compiled.
     - `on_work`: called with what is being done.
 
-    One of the two. The search goes over the settings of `KNOBS` in the precision of the scene, on 4096 pixels; the picture of
-    what it finds is then checked on 4096 others, and if it fails there the next more accurate is tried. Raises `InputError`
-    for a bound that is not positive, and where no settings meet it (it says what can be met), or within `jit`.
+    One of the two. The search goes over the settings of `KNOBS` in the precision of the scene, on 4096 pixels; the
+    picture of what it finds is then checked on 4096 others, and if it fails there the next more accurate is tried.
+    Raises `InputError` for a bound that is not positive, and where no settings meet it (it says what can be met), or
+    within `jit`.
     """
     bound = _bound(tolerance, time_budget)
     if any(map(is_traced, jax.tree.leaves((scene, camera)))):
         raise InputError(
-            "choose: the values of the scene or camera are traced, so there is nothing to measure; call it outside jit, grad or vmap"
+            "choose: the values of the scene or camera are traced, so there is nothing to measure; call it "
+            "outside jit, grad or vmap"
         )
     say = on_work or (lambda text: None)
     search, check = _parts(camera.width * camera.height)
@@ -159,8 +164,8 @@ def _for_budget(candidates: Sequence[Candidate], budget: float, trial: Trial, sc
         least = min(candidates, key=lambda c: c.seconds)
         measured, _ = trial(least.settings)
         raise InputError(
-            f"time budget of {budget:.3g} s: the cheapest settings of the table, {least.settings}, take {measured.seconds:.2g} s here; "
-            "allow more, or ask for a smaller picture"
+            f"time budget of {budget:.3g} s: the cheapest settings of the table, {least.settings}, take "
+            f"{measured.seconds:.2g} s here; allow more, or ask for a smaller picture"
         )
     return best
 
@@ -187,7 +192,9 @@ def _parts(pixels: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def spread_pixels(pixels: int, most: int) -> np.ndarray:
-    """Numbers of pixels spread evenly over all of them, one at random in each stretch of the same length; all if they are few."""
+    """Numbers of pixels spread evenly over all of them, one at random in each stretch of the same length; all if they
+    are few.
+    """
     count = min(most, pixels)
     first = np.arange(count) * pixels // count
     return first + np.random.default_rng(SEED).integers(0, pixels // count, count)
@@ -198,12 +205,13 @@ def _bound(tolerance: float | None, time_budget: float | None) -> float:
         raise InputError("choose: give a tolerance or a time budget, one of the two")
     name, value = ("tolerance", tolerance) if tolerance is not None else ("time budget", time_budget)
     try:
-        bound = float(value)
+        bound = np.nan if value is None else float(value)
     except (TypeError, ValueError):
         bound = np.nan
     if not (isfinite(bound) and bound > 0):
         raise InputError(
-            f"{name} = {value!r}; allowed is a number above 0, such as {'1/255' if name == 'tolerance' else '0.1 (seconds)'}"
+            f"{name} = {value!r}; allowed is a number above 0, such as "
+            f"{'1/255' if name == 'tolerance' else '0.1 (seconds)'}"
         )
     return bound
 

@@ -70,7 +70,9 @@ def _precision(value) -> str:
 
 @dataclass(frozen=True)
 class Settings:
-    """A value for each knob. Raises `SceneError` for a value that is none, and for two ways to sample a pixel at once."""
+    """A value for each knob. Raises `SceneError` for a value that is none, and for two ways to sample a pixel at
+    once.
+    """
 
     depth: int = _row(
         5,

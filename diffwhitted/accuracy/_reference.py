@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ._knobs import Settings
 from ._tracer import Tracer
@@ -20,7 +21,9 @@ SHARE = 1 / 8
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """Two pictures of the same pixels: `pixels`, and `before`, in which each pixel has a quarter of its trees, less deep."""
+    """Two pictures of the same pixels: `pixels`, and `before`, in which each pixel has a quarter of its trees, less
+    deep.
+    """
 
     pixels: np.ndarray
     """(n, 3), linear Rec. 709 RGB, float64."""
@@ -46,10 +49,12 @@ def reference(
     wanted: Callable[[np.ndarray], float] = lambda pixels: 0.0,
     on_work: Callable[[float], None] | None = None,
 ) -> Reference:
-    """The picture of these pixels (all by default), refined until a quarter of the trees differs by `wanted(picture)` (RMSE) or less.
+    """The picture of these pixels (all by default), refined until a quarter of the trees differs by `wanted(picture)`
+    (RMSE) or less.
 
-    Filtered trees of 1/k of a pixel converge to the area of the pixel as k grows, and faster than points do. `on_work` is
-    called with the part of the work that is done, if all levels are needed. Raises `CapacityError` as `Tracer` does.
+    Filtered trees of 1/k of a pixel converge to the area of the pixel as k grows, and faster than points do.
+    `on_work` is called with the part of the work that is done, if all levels are needed. Raises `CapacityError` as
+    `Tracer` does.
     """
     pixels = tracer.all_pixels if pixels is None else pixels
     sizes = [len(pixels), *(max(1, int(len(pixels) * SHARE**n)) for n in range(len(LEVELS) - 1))]
@@ -73,6 +78,6 @@ def reference(
     return Reference(refined, before, level, rays)
 
 
-def rmse(one: np.ndarray, other: np.ndarray) -> float:
+def rmse(one: ArrayLike, other: ArrayLike) -> float:
     """Root of the mean of the squared differences, over pixels and channels alike."""
-    return float(np.sqrt(np.mean(np.square(np.asarray(one, np.float64) - other))))
+    return float(np.sqrt(np.mean(np.square(np.asarray(one, np.float64) - np.asarray(other, np.float64)))))

@@ -28,7 +28,9 @@ def base_settings(tracer: Tracer) -> Settings:
 
 
 def sweeps(tracer: Tracer, base: Settings) -> dict[str, tuple[Settings, ...]]:
-    """By group, the settings that differ from `base` in the knobs of that group; `base` alone where they change nothing."""
+    """By group, the settings that differ from `base` in the knobs of that group; `base` alone where they change
+    nothing.
+    """
     return {"pixel": base.alternatives("pixel"), "tree": base.alternatives("tree") if tracer.branches else (base,)}
 
 

@@ -75,8 +75,9 @@ class Tracer:
         return Traced(settings, films / side**2, rays + len(pixels) * side**2, seconds)
 
     def left_out(self, settings: Settings, pixels: np.ndarray | None = None) -> np.ndarray | None:
-        """The bound of `render_with_bound` for the picture of these settings, (n, 3): how much brighter each of these pixels could be
-        if depth and cutoff ended no branch of its trees. It says nothing of what lies between the samples.
+        """The bound of `render_with_bound` for the picture of these settings, (n, 3): how much brighter each of these
+        pixels could be if depth and cutoff ended no branch of its trees. It says nothing of what lies between the
+        samples.
 
         None with antialiasing, where what was traced decides what is traced next.
         """
@@ -91,10 +92,13 @@ class Tracer:
 
     def _corners(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Column and row of pixels."""
-        return tuple(at.astype(self.scene.dtype) for at in (pixels % self.camera.width, pixels // self.camera.width))
+        row, column = np.divmod(pixels, self.camera.width)
+        return column.astype(self.scene.dtype), row.astype(self.scene.dtype)
 
     def trace_spread(self, settings: Settings, pixels: np.ndarray) -> Traced:
-        """The same, with all trees of a few pixels side by side: full passes also where the pixels are few and their trees many."""
+        """The same, with all trees of a few pixels side by side: full passes also where the pixels are few and their
+        trees many.
+        """
         side = settings.footprint or settings.samples
         column, row = (np.repeat(at, side**2) for at in (pixels % self.camera.width, pixels // self.camera.width))
         inside = np.tile(_places(side).T - 0.5 / side, len(pixels))
@@ -130,7 +134,9 @@ class Tracer:
         groups: list["Places"],
         beyond: Beyond | None = None,
     ) -> tuple[np.ndarray, int, float]:
-        """The sum over places at each corner (n, 3), the rays other than camera rays, and the seconds; with `beyond`, of what is left out."""
+        """The sum over places at each corner (n, 3), the rays other than camera rays, and the seconds; with `beyond`,
+        of what is left out.
+        """
         plan, scene = self.compiled(settings, beyond), self.scene.with_cutoff(settings.cutoff)
         tables = tables_of(scene, plan)
         how = jnp.asarray(settings.depth, jnp.int32), jnp.asarray(1 / max(settings.footprint, 1), scene.dtype), beyond
@@ -149,7 +155,8 @@ class Tracer:
                 break
             if count >= len(column):
                 raise CapacityError(
-                    f"the tree of one ray needs more room than {plan.capacity} rays; lower the depth or raise the cutoff"
+                    f"the tree of one ray needs more room than {plan.capacity} rays; lower the depth or raise the "
+                    "cutoff"
                 )
             count = min(2 * count, len(column))
         self._crowded[settings] = count / fewest
@@ -167,7 +174,8 @@ class Tracer:
             plan = replace(plan, effects=plan.effects.switched(shadows=False, tinted_shadows=False))
         if (program := (plan, beyond is None)) not in self._compiled:
             begun = time.perf_counter()
-            nobody = _dealt(plan, *np.zeros((2, 1), self.scene.dtype), 1)[0]
+            corner = np.zeros(1, self.scene.dtype)
+            nobody = _dealt(plan, corner, corner, 1)[0]
             places = _place_groups(1, self.scene.dtype)[0]
             _pass.lower(
                 tables_of(self.scene, plan),
@@ -184,7 +192,9 @@ class Tracer:
         return plan
 
     def plan(self, settings: Settings) -> Plan:
-        """One plan for points and one for footprints, as deep as settings may be, with a cutoff where anything branches."""
+        """One plan for points and one for footprints, as deep as settings may be, with a cutoff where anything
+        branches.
+        """
         kind = bool(settings.footprint)
         if kind not in self._plans:
             plan = make_plan(

@@ -38,7 +38,9 @@ class Program:
 
 
 def compiled(work: Callable, inputs: list) -> Program:
-    """`work` compiled for inputs of one kind, neither found among programs that were compiled before nor kept for later."""
+    """`work` compiled for inputs of one kind, neither found among programs that were compiled before nor kept for
+    later.
+    """
 
     def fresh(given):
         return work(given)
@@ -53,8 +55,10 @@ def compiled(work: Callable, inputs: list) -> Program:
 
 @contextmanager
 def _nothing_kept():
-    """Programs are compiled, not read from the user's cache, and not written to it. JAX looks only once whether there is one."""
-    folder = jax.config.jax_compilation_cache_dir
+    """Programs are compiled, not read from the user's cache, and not written to it. JAX looks only once whether there
+    is one.
+    """
+    folder = jax.config.jax_compilation_cache_dir  # pyright: ignore[reportAttributeAccessIssue]
     jax.config.update("jax_compilation_cache_dir", None)
     compilation_cache.reset_cache()
     try:
@@ -78,7 +82,9 @@ def timed(programs: dict[str, Program]) -> dict[str, np.ndarray]:
 
 
 def share_without(whole: np.ndarray, less: np.ndarray) -> tuple[float, bool]:
-    """1 - less / whole and whether it is below noise: the median over the rounds, its standard error from their median absolute deviation."""
+    """1 - less / whole and whether it is below noise: the median over the rounds, its standard error from their
+    median absolute deviation.
+    """
     shares = 1 - less / whole
     share = float(np.median(shares))
     # Of normally distributed values: standard deviation 1.48 MAD, standard error of the median 1.25 of the mean's.

@@ -7,7 +7,7 @@ reads and writes linear files never pays for it.
 
 import warnings
 from collections.abc import Sequence
-from types import ModuleType
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -26,7 +26,7 @@ _CURVES = {
 _LETTERS = {"red": "r", "green": "g", "blue": "b", "alpha": "a"}
 
 
-def _colour_science() -> ModuleType:
+def _colour_science() -> Any:
     """colour-science, without the warnings it gives about optional packages when first imported."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -104,7 +104,7 @@ def check_exposure(exposure: float) -> None:
         raise ValueError(f"exposure = {exposure}: allowed are {-limit:g} to {limit:g} stops; try 0")
 
 
-def _exposed(pixels: Float[np.ndarray, "*shape"], exposure: float) -> Float[np.ndarray, "*shape"]:
+def _exposed(pixels: np.ndarray, exposure: float) -> Float[np.ndarray, "..."]:
     """2^exposure times the pixels, in float64."""
     pixels = np.asarray(pixels)
     if not np.issubdtype(pixels.dtype, np.floating):
@@ -113,6 +113,6 @@ def _exposed(pixels: Float[np.ndarray, "*shape"], exposure: float) -> Float[np.n
     return pixels.astype(np.float64) * 2.0**exposure
 
 
-def _clipped(pixels: Float[np.ndarray, "*shape"], exposure: float) -> Float[np.ndarray, "*shape"]:
+def _clipped(pixels: np.ndarray, exposure: float) -> Float[np.ndarray, "..."]:
     """The light that a display shows: exposed, then clipped to [0, 1]."""
     return np.clip(_exposed(pixels, exposure), 0.0, 1.0)

@@ -135,9 +135,11 @@ def _checked(path: Path, pixels: np.ndarray, form: ImageFormat) -> Float[np.ndar
     pixels = pixels.astype(np.float64)
     finite = np.isfinite(pixels)
     if form.finite:
-        refuse(path, ~finite.all(axis=2), "are not finite, as they must be here; find the cause, or use .exr")
+        refuse(
+            path, np.asarray(~finite.all(axis=2)), "are not finite, as they must be here; find the cause, or use .exr"
+        )
     low, high = form.interval
-    outside = (finite & ((pixels < low) | (pixels > high))).any(axis=2)
+    outside = np.asarray((finite & ((pixels < low) | (pixels > high))).any(axis=2))
     refuse(path, outside, f"are outside [{low:g}, {high:g}], all it holds; scale them, or use a float .exr")
     return np.ascontiguousarray(pixels, np.float32)
 

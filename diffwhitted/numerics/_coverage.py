@@ -34,7 +34,8 @@ class Linear(eqx.Module):
         return Linear(self.value - offset, self.across, self.down)
 
     def within(self, reach: float) -> "Linear":
-        """The function with its slopes made smaller where it would change by more than `reach` along a side of the pixel.
+        """The function with its slopes made smaller where it would change by more than `reach` along a side of the
+        pixel.
 
         For what has bounds of its own, such as a cosine, where the pixel's footprint is too large to be linear.
         """

@@ -22,7 +22,7 @@ def safe_sqrt(x: Float[Array, "*n"]) -> Float[Array, "*n"]:
     return jnp.where(positive, jnp.sqrt(jnp.where(positive, x, 1)), 0)
 
 
-def safe_divide(a: Float[Array, "*n"], b: Float[Array, "*n"], otherwise=0) -> Float[Array, "*n"]:
+def safe_divide(a: Float[Array, "*n"] | float, b: Float[Array, "*n"], otherwise: float = 0) -> Float[Array, "*n"]:
     """a / b.
 
     Edge: where b = 0 the value is `otherwise`, and the derivatives in a and b are 0.

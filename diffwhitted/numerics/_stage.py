@@ -86,6 +86,6 @@ def write_block(buffers, block, start: Int[Array, ""]):
     return jax.tree.map(lambda all, new: jax.lax.dynamic_update_slice_in_dim(all, new, start, -1), buffers, block)
 
 
-def read_block(buffers, start: Int[Array, ""], length: int):
+def read_block(buffers, start: Int[Array, ""] | int, length: int):
     """The block of this length that begins at `start`."""
     return jax.tree.map(lambda all: jax.lax.dynamic_slice_in_dim(all, start, length, -1), buffers)

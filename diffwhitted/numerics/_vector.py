@@ -45,8 +45,8 @@ class Vec3(eqx.Module):
     def dtype(self):
         return self.x.dtype
 
-    def stacked(self, axis: int = -1) -> Float[Array, "*n 3"]:
-        """The components as one array, for the world outside the renderer."""
+    def stacked(self, axis: int = -1) -> Float[Array, "..."]:
+        """The components as one array, (*n, 3) where `axis` is the last, for the world outside the renderer."""
         return jnp.stack([self.x, self.y, self.z], axis=axis)
 
 

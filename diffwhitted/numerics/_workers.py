@@ -13,7 +13,8 @@ from typing import TypeVar
 
 import jax
 
-T, R = TypeVar("T"), TypeVar("R")
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 def processors() -> int:

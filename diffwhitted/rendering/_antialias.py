@@ -2,9 +2,9 @@
 
 A pixel is the square between four samples at its corners, which it shares with its neighbours. Where their colours
 differ by more than a threshold, or something small may lie between them, the square is divided into four, and these
-again, down to `LEVELS` times. The pixel is the sum of the means over its squares, weighted by their areas. Small objects:
-Whitted gives bounding spheres a least radius, so that some ray meets them; here a ray that passes by a bounding
-sphere closer than the distance of two samples, of an object smaller than that, has its squares divided.
+again, down to `LEVELS` times. The pixel is the sum of the means over its squares, weighted by their areas. Small
+objects: Whitted gives bounding spheres a least radius, so that some ray meets them; here a ray that passes by a
+bounding sphere closer than the distance of two samples, of an object smaller than that, has its squares divided.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from functools import partial
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from .._errors import SceneError
 from ..scene import Camera, Scene, Tables, depth_number
@@ -58,13 +58,11 @@ def antialias(
     scene, camera, plan = _prepared(scene, camera, max_depth, cutoff)
     width, height, finest = camera.width, camera.height, 2**levels
     trace = _Tracer(scene, camera, plan, finest)
-    found = trace(*(at.reshape(-1) * finest for at in np.mgrid[: height + 1, : width + 1]), finest).reshape(
-        height + 1, width + 1, 4
-    )
+    row, column = np.mgrid[: height + 1, : width + 1].reshape(2, -1) * finest
+    found = trace(row, column, finest).reshape(height + 1, width + 1, 4)
     corners = np.stack([found[:-1, :-1], found[:-1, 1:], found[1:, :-1], found[1:, 1:]], axis=2).reshape(-1, 4, 4)
-    squares = Squares(
-        np.arange(width * height), *(at.reshape(-1) * finest for at in np.mgrid[:height, :width]), corners
-    )
+    row, column = np.mgrid[:height, :width].reshape(2, -1) * finest
+    squares = Squares(np.arange(width * height), row, column, corners)
     picture, parts, step = np.zeros((width * height, 3)), np.zeros(width * height, int), finest
     while True:
         divided = squares.differ(threshold) & (step > 1)
@@ -142,7 +140,9 @@ class _Tracer:
 
 @dataclass(frozen=True, eq=False)
 class Squares:
-    """Parts of pixels, one entry each: their pixel, top left corner on the finest lattice, and (n, 4, 4) colours and doubt at the corners."""
+    """Parts of pixels, one entry each: their pixel, top left corner on the finest lattice, and (n, 4, 4) colours and
+    doubt at the corners.
+    """
 
     pixel: np.ndarray
     row: np.ndarray
@@ -174,10 +174,8 @@ class Squares:
         ]
         return Squares(
             np.tile(self.pixel, 4),
-            *(
-                np.concatenate([at + half * far for far in offsets])
-                for at, offsets in ((self.row, (0, 0, 1, 1)), (self.column, (0, 1, 0, 1)))
-            ),
+            np.concatenate([self.row + half * down for down in (0, 0, 1, 1)]),
+            np.concatenate([self.column + half * right for right in (0, 1, 0, 1)]),
             np.concatenate([np.stack(four, axis=1) for four in corners]),
         )
 
@@ -185,7 +183,7 @@ class Squares:
 @eqx.filter_jit
 def _pass(
     tables: Tables, camera: Camera, plan: Plan, samples: Samples
-) -> tuple[Float[Array, "4 pixels"], Float[Array, ""]]:
+) -> tuple[Float[Array, "4 pixels"], Int[Array, ""]]:
     """One pass: colour, and how much light comes along rays that pass by something small; and the number of descendants."""
     light, beside, descendants = trace_beside_small(tables, camera, plan, samples)
     return jnp.concatenate([light.stacked(axis=0), beside.x[None]]), descendants

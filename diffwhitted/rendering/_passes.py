@@ -15,7 +15,8 @@ from ..tree import Beyond, Plan, Record, grid, record, replay, sample_places, ta
 def trace_samples(
     tables: Tables, camera: Camera, plan: Plan, number: Int[Array, ""], samples: int = 1, beyond: Beyond | None = None
 ):
-    """One pass of the picture, (3, plan.pass_pixels), and for each sample how many rays other than camera rays it takes.
+    """One pass of the picture, (3, plan.pass_pixels), and for each sample how many rays other than camera rays it
+    takes.
 
     With `beyond` there are three more channels: the most light that the branches that were not followed could bring.
     """

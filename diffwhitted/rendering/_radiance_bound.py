@@ -4,10 +4,10 @@
     hit(p) = local(p) + k_s out(p) + k_t in(p) from outside,  local(p) + k_s in(p) + k_t out(p) from inside,
 
 from 0 upwards, level by level, so that after n rounds no tree of n levels is brighter. `local` is all that ambient
-light and lamps can do. A surface that a ray leaves is not what it meets next unless the ray is inside of it (all shapes are
-convex), and what lies apart from a solid is never met from within it. Where total internal reflection is possible
-the reflected side may pass on everything in place of k_s and k_t. From outside a sphere that stands alone it is
-not: a ray that was refracted into it meets its surface at the same angle from within.
+light and lamps can do. A surface that a ray leaves is not what it meets next unless the ray is inside of it (all
+shapes are convex), and what lies apart from a solid is never met from within it. Where total internal reflection is
+possible the reflected side may pass on everything in place of k_s and k_t. From outside a sphere that stands alone it
+is not: a ray that was refracted into it meets its surface at the same angle from within.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,9 @@ MOST_PAIRS = 2048
 
 
 def most_beyond(scene: Scene, camera: Camera, plan: Plan) -> Beyond:
-    """The most light that can come along a ray that leaves each object, for the tracer; infinite past the largest number of its precision."""
+    """The most light that can come along a ray that leaves each object, for the tracer; infinite past the largest
+    number of its precision.
+    """
     with np.errstate(over="ignore"):
         return Beyond(*(vec3(jnp.asarray(side.astype(scene.dtype))) for side in radiance_bounds(scene, camera, plan)))
 

@@ -39,8 +39,9 @@ def render_with_bound(
     """What `render` gives, with a certified bound on what its `cutoff` and `max_depth` leave out.
 
     The bound of a pixel is the sum of the throughputs of the branches that were not followed, each times the most light
-    that can come along its ray (see `_radiance_bound`). Everything is >= 0, so the picture itself is the lower bound. Not under
-    `jit`. Raises `SceneError` for options that are none, `CapacityError` where the tree outgrows the memory.
+    that can come along its ray (see `_radiance_bound`). Everything is >= 0, so the picture itself is the lower bound.
+    Not under `jit`. Raises `SceneError` for options that are none, `CapacityError` where the tree outgrows the
+    memory.
     """
     scene = scene.with_cutoff(cutoff)
     camera = camera.in_precision(scene.dtype)

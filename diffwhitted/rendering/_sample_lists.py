@@ -34,7 +34,9 @@ def traced_list(
 
 
 def film_of(program: Callable[[Samples], tuple], plan: Plan, samples: Samples) -> tuple[np.ndarray, int]:
-    """The film of one pass and its rays, in two halves where its tree is larger than the plan's room: no program is compiled for more."""
+    """The film of one pass and its rays, in two halves where its tree is larger than the plan's room: no program is
+    compiled for more.
+    """
     film, descendants = program(samples)
     count = int(samples.there.sum())
     if int(descendants) <= plan.capacity:
@@ -42,12 +44,14 @@ def film_of(program: Callable[[Samples], tuple], plan: Plan, samples: Samples) -
     if count < 2:
         raise CapacityError(f"the tree of one ray needs more room than {plan.capacity} rays; lower max_depth")
     first = jnp.cumsum(samples.there) <= count // 2
-    halves = [film_of(program, plan, replace(samples, there=samples.there & half)) for half in (first, ~first)]
-    return sum(film for film, _ in halves), sum(rays for _, rays in halves)
+    (one, rays), (other, more) = (
+        film_of(program, plan, replace(samples, there=samples.there & half)) for half in (first, ~first)
+    )
+    return one + other, rays + more
 
 
 def packed_pass(plan: Plan, column: np.ndarray, row: np.ndarray, side: float, dtype) -> Samples:
     """One pass of these samples, and no ray in the rest of its room."""
     room = plan.pass_pixels - column.size
-    column, row = (jnp.asarray(np.pad(a, (0, room), mode="edge"), dtype) for a in (column, row))
-    return Samples(column, row, jnp.arange(plan.pass_pixels) < plan.pass_pixels - room, jnp.asarray(side, dtype))
+    columns, rows = (jnp.asarray(np.pad(a, (0, room), mode="edge"), dtype) for a in (column, row))
+    return Samples(columns, rows, jnp.arange(plan.pass_pixels) < plan.pass_pixels - room, jnp.asarray(side, dtype))

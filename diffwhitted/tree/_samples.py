@@ -34,7 +34,9 @@ def grid(plan: Plan, camera: Camera, number: Int[Array, ""], place: Float[Array,
 
 
 def pixel_of(plan: Plan, number, sample):
-    """The pixel, counted row by row, of a sample of pass `number`: pass p of n holds the pixels p, p + n, p + 2 n, ... (see `image.dealt`)."""
+    """The pixel, counted row by row, of a sample of pass `number`: pass p of n holds the pixels p, p + n, p + 2 n,
+    ... (see `image.dealt`).
+    """
     return number + plan.passes * sample
 
 

@@ -1,8 +1,8 @@
 """Where the tree ends: past the depth limit, and where a branch would carry less than the cutoff.
 
-A child carries its parent's throughput times the coefficient of its branch (Hall and Greenberg 1983 end the tree by that,
-"adaptive depth"). What the children that are not followed could have brought is at most the sum of their throughputs, each
-times the most light that can come along its ray.
+A child carries its parent's throughput times the coefficient of its branch (Hall and Greenberg 1983 end the tree by
+that, "adaptive depth"). What the children that are not followed could have brought is at most the sum of their
+throughputs, each times the most light that can come along its ray.
 """
 
 import equinox as eqx

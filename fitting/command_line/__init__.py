@@ -6,7 +6,7 @@ one message on stderr and an exit code; there is never a traceback.
 
 import sys
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -20,7 +20,7 @@ from ._render import render
 from ._schema import schema
 from ._tradeoff import tradeoff
 
-USAGE_ERROR = typer.BadParameter.__base__
+USAGE_ERROR: Any = typer.BadParameter.__base__
 STOPPED = 130
 """The exit code of a program that Ctrl-C has ended, as shells know it."""
 

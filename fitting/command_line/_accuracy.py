@@ -34,7 +34,9 @@ def tolerance_number(text: str, option: str = "--tolerance") -> float:
 
 
 def accuracy_bound(tolerance: str | None, time_budget: float | None, **settings: Any) -> dict[str, float]:
-    """What `diffwhitted.choose` is asked for. Raises `InputError` where that is not one thing, or settings stand beside it."""
+    """What `diffwhitted.choose` is asked for. Raises `InputError` where that is not one thing, or settings stand
+    beside it.
+    """
     from diffwhitted import InputError
 
     if tolerance is not None and time_budget is not None:
@@ -45,8 +47,8 @@ def accuracy_bound(tolerance: str | None, time_budget: float | None, **settings:
         raise InputError(f"{asked} with --{beside[0]}: {asked} finds the {beside[0]} itself; give one of the two")
     if tolerance is not None:
         return {"tolerance": tolerance_number(tolerance)}
-    if not 0 < time_budget < float("inf"):
-        raise InputError(f"--time-budget {time_budget:g}: allowed is a number of seconds above 0")
+    if time_budget is None or not 0 < time_budget < float("inf"):
+        raise InputError(f"--time-budget {time_budget}: allowed is a number of seconds above 0")
     return {"time_budget": time_budget}
 
 
@@ -70,8 +72,8 @@ def remembered(
 ) -> tuple[Settings, str, Choice | None]:
     """Settings that meet `bound`, a sentence on them, and the choice if it was made now rather than read.
 
-    Choices are kept in a small file beside the scene, each under the scene's text, the view, the bound, the version and the
-    machine; where that file cannot be read or written, settings are chosen anew in silence.
+    Choices are kept in a small file beside the scene, each under the scene's text, the view, the bound, the version
+    and the machine; where that file cannot be read or written, settings are chosen anew in silence.
     """
     from diffwhitted import InputError, Settings, choose
 
@@ -97,8 +99,8 @@ def sentence(choice: Choice, bound: dict[str, float]) -> str:
 
     asked = f"within {tolerance_text(bound['tolerance'])}" if "tolerance" in bound else f"in {bound['time_budget']:g} s"
     return (
-        f"{asked}: {choice.settings}; error {choice.error:.2g} (RMSE, linear RGB) on {choice.checked:,} pixels that the search did not see, "
-        f"against {choice.checked_against}"
+        f"{asked}: {choice.settings}; error {choice.error:.2g} (RMSE, linear RGB) on {choice.checked:,} pixels "
+        f"that the search did not see, against {choice.checked_against}"
     )
 
 

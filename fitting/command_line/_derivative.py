@@ -29,7 +29,8 @@ Out = Annotated[
         "-o",
         metavar="FILE",
         show_default=False,
-        help="Image to write: .exr .tif hold the derivative itself, linear RGB; .png shows it in signed colours with a scale.",
+        help="Image to write: .exr .tif hold the derivative itself, linear RGB; .png shows it in signed colours "
+        "with a scale.",
     ),
 ]
 Footprint = Annotated[

@@ -22,23 +22,25 @@ def set_up(precision: str = "float32") -> None:
     warnings.filterwarnings("ignore", message=".*compilation cache.*")
     if precision == "float64":
         jax.config.update("jax_enable_x64", True)
-    if jax.config.jax_compilation_cache_dir is None and (folder := _cache_folder()) is not None:
+    given = jax.config.jax_compilation_cache_dir  # pyright: ignore[reportAttributeAccessIssue]
+    if given is None and (folder := _cache_folder()) is not None:
         jax.config.update("jax_compilation_cache_dir", str(folder))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0)
         jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
-    if jax.config.jax_platforms:
-        _check_platforms(jax)
+    platforms = jax.config.jax_platforms  # pyright: ignore[reportAttributeAccessIssue]
+    if platforms:
+        _check_platforms(jax, platforms)
 
 
-def _check_platforms(jax: ModuleType) -> None:
+def _check_platforms(jax: ModuleType, platforms: str) -> None:
     from diffwhitted import InputError
 
-    platforms = jax.config.jax_platforms
     try:
         jax.devices()
     except (RuntimeError, AssertionError) as error:
         raise InputError(
-            f"JAX cannot compute on JAX_PLATFORMS = {platforms!r}: {' '.join(str(error).split())[:200] or 'not found'}; "
+            f"JAX cannot compute on JAX_PLATFORMS = {platforms!r}: "
+            f"{' '.join(str(error).split())[:200] or 'not found'}; "
             "unset it, or set it to cpu"
         ) from None
 

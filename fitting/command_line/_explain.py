@@ -44,7 +44,8 @@ Maps = Annotated[
         "--maps",
         metavar="IMAGE",
         show_default=False,
-        help="Draw the picture with the rays, the depth and the antialiasing squares of each pixel: a PNG, SVG or PDF file.",
+        help="Draw the picture with the rays, the depth and the antialiasing squares of each pixel: a PNG, SVG or "
+        "PDF file.",
     ),
 ]
 
@@ -115,10 +116,13 @@ def check_drawing(path: Path) -> None:
 
 
 def draw_maps(scene: Scene, camera: Camera, depth: int | None, path: Path) -> None:
+    import numpy as np
+
     from diffwhitted import ray_maps, render
     from fitting.telling._maps_plot import write_maps
 
-    write_maps(ray_maps(scene, camera, max_depth=depth), render(scene, camera, max_depth=depth), path)
+    picture = np.asarray(render(scene, camera, max_depth=depth))
+    write_maps(ray_maps(scene, camera, max_depth=depth), picture, path)
 
 
 def _free_names(scene: Scene, patterns: list[str]) -> tuple[str, ...]:
@@ -146,7 +150,7 @@ def print_explanation(explanation: Explanation, title: str) -> None:
         safe(f"{title}: {explanation.width} x {explanation.height} pixels, depth {explanation.max_depth}"), markup=False
     )
     cost = explanation.cost
-    costs = (_cost_table(explanation), _about_cost(cost)) if cost is not None else ()
+    costs = (_cost_table(explanation, cost), _about_cost(cost)) if cost is not None else ()
     for part in (_effect_table(explanation), *costs, _ray_table(explanation.rays), " ".join(sentences)):
         console.print()
         console.print(part)
@@ -161,16 +165,13 @@ def _effect_table(explanation: Explanation) -> Table:
     return table
 
 
-def _cost_table(explanation: Explanation) -> Table:
+def _cost_table(explanation: Explanation, whole: PictureCost) -> Table:
     """What the picture gains without each effect, the dearest first."""
     table = plain_table("without", "time", "compile", "rays")
     for column in table.columns[1:]:
         column.justify = "right"
     table.add_row(
-        "(the picture)",
-        f"{1000 * explanation.cost.seconds:.3g} ms",
-        f"{explanation.cost.seconds_compile:.2g} CPU s",
-        f"{explanation.cost.rays:,}",
+        "(the picture)", f"{1000 * whole.seconds:.3g} ms", f"{whole.seconds_compile:.2g} CPU s", f"{whole.rays:,}"
     )
     measured = [(effect.name, effect.cost) for effect in explanation.effects if effect.cost is not None]
     for name, cost in sorted(measured, key=lambda pair: -pair[1].share):
@@ -186,8 +187,9 @@ def _cost_table(explanation: Explanation) -> Table:
 def _about_cost(cost: PictureCost) -> str:
     parts = ", ".join(f"{name} {share:.0%}" for name, share in asdict(cost.work).items())
     return (
-        f"Of the time: {parts}. Overhead is the way along known rays, intersection the search for what rays and shadow rays "
-        "meet, shading the light. What two effects share counts in both. Each was compiled once: less than a fifth is noise there."
+        f"Of the time: {parts}. Overhead is the way along known rays, intersection the search for what rays and "
+        "shadow rays meet, shading the light. What two effects share counts in both. Each was compiled once: less "
+        "than a fifth is noise there."
     )
 
 

@@ -62,7 +62,8 @@ Masks = Annotated[
         "--mask",
         metavar="[CAMERA=]FILE",
         show_default=False,
-        help="Grey image of the target's size: 1 (white) where a pixel counts, 0 where it does not. Default: the target's alpha.",
+        help="Grey image of the target's size: 1 (white) where a pixel counts, 0 where it does not. Default: the "
+        "target's alpha.",
     ),
 ]
 KeepClipped = Annotated[
@@ -78,7 +79,8 @@ Noise = Annotated[
         "--noise",
         metavar="SIGMA",
         show_default=False,
-        help="Standard deviation of the target's pixels, in linear RGB. Default: estimated from what the fit leaves over.",
+        help="Standard deviation of the target's pixels, in linear RGB. Default: estimated from what the fit "
+        "leaves over.",
     ),
 ]
 Start = Annotated[
@@ -96,7 +98,8 @@ BoundsGiven = Annotated[
         "--bounds",
         metavar="NAME=LOW:HIGH",
         show_default=False,
-        help="Interval to search; wildcards allowed. Default: 0:1 for k_*, 1:1000 for phong_exponent, 1.001:4 for refractive_index.",
+        help="Interval to search; wildcards allowed. Default: 0:1 for k_*, 1:1000 for phong_exponent, 1.001:4 for "
+        "refractive_index.",
     ),
 ]
 Starts = Annotated[

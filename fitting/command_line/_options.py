@@ -81,7 +81,8 @@ Antialias = Annotated[
         "--antialias",
         metavar="T",
         show_default=False,
-        help="Adaptive antialiasing: divide a pixel, to 1/8, where its corners differ by more than T of linear light, such as 0.1.",
+        help="Adaptive antialiasing: divide a pixel, to 1/8, where its corners differ by more than T of linear "
+        "light, such as 0.1.",
     ),
 ]
 Cutoff = Annotated[
@@ -92,7 +93,8 @@ Cutoff = Annotated[
         min=0,
         max=1,
         show_default=False,
-        help="Do not follow a branch that would carry less than this share of light. Default: cutoff of the scene, or 0: follow all.",
+        help="Do not follow a branch that would carry less than this share of light. Default: cutoff of the "
+        "scene, or 0: follow all.",
     ),
 ]
 Tolerance = Annotated[
@@ -101,7 +103,8 @@ Tolerance = Annotated[
         "--tolerance",
         metavar="ERROR",
         show_default=False,
-        help="Find the cheapest of these settings whose RMSE in linear RGB is no larger: a number or a fraction, such as 1/255.",
+        help="Find the cheapest of these settings whose RMSE in linear RGB is no larger: a number or a fraction, "
+        "such as 1/255.",
     ),
 ]
 TimeBudget = Annotated[

@@ -42,7 +42,7 @@ class Progress:
             Live(console=console, get_renderable=self._line, refresh_per_second=8, transient=True) if shown else None
         )
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> Progress:
         if self._live is not None:
             self._live.start()
         return self

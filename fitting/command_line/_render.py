@@ -119,7 +119,8 @@ def render(
         print(found)
     if picture.left_out is not None:
         print(
-            f"the cutoff of {float(loaded.cutoff):g} and the depth leave out at most {picture.left_out:.2g} in any pixel"
+            f"the cutoff of {float(loaded.cutoff):g} and the depth leave out at most {picture.left_out:.2g} in "
+            "any pixel"
         )
     if form.bits and (
         lost := _clipped_note(count_clipped(picture.pixels, exposure=exposure), view.width * view.height)
@@ -192,7 +193,8 @@ def adaptive(
 
     if samples > 1 or footprint:
         raise InputError(
-            f"--antialias {threshold:g} with --{'samples' if samples > 1 else 'footprint'}: allowed is one way to antialias"
+            f"--antialias {threshold:g} with --{'samples' if samples > 1 else 'footprint'}: allowed is one way to "
+            "antialias"
         )
     check_threshold(threshold)
     begun = time.perf_counter()

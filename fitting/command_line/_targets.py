@@ -68,7 +68,9 @@ def read_targets(
 def _without_clipped(
     picture: ImageFile, mask: np.ndarray | None, path: Path, note: Callable[[str], None]
 ) -> np.ndarray | None:
-    """The mask without the pixels that are clipped, which may have been any amount brighter; as it is where they are few."""
+    """The mask without the pixels that are clipped, which may have been any amount brighter; as it is where they are
+    few.
+    """
     if (
         picture.clipped is None
         or picture.clipped.mean() <= FEW
@@ -76,7 +78,7 @@ def _without_clipped(
     ):
         return mask
     note(
-        f"{path}: {picture.clipped.sum():,} of {picture.clipped.size:,} pixels are clipped (a channel has its largest code) and "
-        "are masked; --keep-clipped uses them"
+        f"{path}: {picture.clipped.sum():,} of {picture.clipped.size:,} pixels are clipped (a channel has its "
+        "largest code) and are masked; --keep-clipped uses them"
     )
     return np.where(picture.clipped, 0, 1 if mask is None else mask)

@@ -43,8 +43,10 @@ class Point:
     seconds: float
     """The median of runs that took turns with those of all other settings."""
     bound: float | None
-    """No channel of a pixel would be brighter by more if its own samples were followed to depth 64 with no cutoff (`Tracer.left_out`), in
-    linear RGB. None where no such bound is known, infinite where it is not finite. What lies between samples is not in it."""
+    """No channel of a pixel would be brighter by more if its own samples were followed to depth 64 with no cutoff
+    (`Tracer.left_out`), in linear RGB. None where no such bound is known, infinite where it is not finite. What lies
+    between samples is not in it.
+    """
     on_front: bool = False
     """No other setting measured here has a smaller RMSE in less time."""
 
@@ -108,12 +110,14 @@ class Tradeoff:
 def tradeoff(
     scene: Scene, camera: Camera, tolerance: float = 1 / 255, on_work: OnWork | None = None, rounds: int | None = None
 ) -> Tradeoff:
-    """Sweep the knobs, each alone from what the scene asks for with one filtered tree a pixel, and their useful combinations.
+    """Sweep the knobs, each alone from what the scene asks for with one filtered tree a pixel, and their useful
+    combinations.
 
-    A combination is useful if a survey foretells that no other is better in both error and time, and that it is at least a
-    fifth more accurate than the last cheaper one. The reference is refined until it is certain to a tenth of the smallest
-    error, or as far as it goes. Each setting is timed in so many `rounds`; by default in 5 to 15, by what the machine does in
-    about 20 s. Raises `InputError` for a tolerance that is not above 0 or rounds that are no whole number, and `CapacityError` as `render` does.
+    A combination is useful if a survey foretells that no other is better in both error and time, and that it is at
+    least a fifth more accurate than the last cheaper one. The reference is refined until it is certain to a tenth of
+    the smallest error, or as far as it goes. Each setting is timed in so many `rounds`; by default in 5 to 15, by
+    what the machine does in about 20 s. Raises `InputError` for a tolerance that is not above 0 or rounds that are no
+    whole number, and `CapacityError` as `render` does.
     """
     if not (np.isfinite(tolerance) and tolerance > 0):
         raise InputError(f"tolerance = {tolerance!r}; allowed is a number above 0, such as 1/255")
@@ -178,7 +182,7 @@ def steps_that_count(points: Sequence, error: Callable[[Any], float]) -> list:
 def _has_float64() -> bool:
     import jax
 
-    return jax.config.jax_enable_x64
+    return jax.config.jax_enable_x64  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def _measured(
@@ -232,12 +236,18 @@ def recommendation(found: Tradeoff) -> str:
     chosen, wanted = found.recommended, tolerance_text(found.tolerance)
     if chosen is None:
         best = min(found.points, key=lambda p: p.rmse)
-        return f"For {wanted}: no setting is so accurate here; the nearest is {best.settings}: error {best.rmse:.3g}, {seconds_text(best.seconds)}."
+        return (
+            f"For {wanted}: no setting is so accurate here; the nearest is {best.settings}: error "
+            f"{best.rmse:.3g}, {seconds_text(best.seconds)}."
+        )
     text = f"For {wanted}: {chosen.settings}: {seconds_text(chosen.seconds)}, error {chosen.rmse:.3g}"
     step = next((p for p in found.points if p.on_front and p.rmse <= STEP * chosen.rmse), None)
     if step is None:
         return f"{text}. No setting here is more accurate by a fifth or more."
-    return f"{text}; the next step down in error, {step.settings} with {step.rmse:.3g}, costs {step.seconds / chosen.seconds:.2g} times."
+    return (
+        f"{text}; the next step down in error, {step.settings} with {step.rmse:.3g}, costs "
+        f"{step.seconds / chosen.seconds:.2g} times."
+    )
 
 
 def _own(found: Tradeoff) -> str:
@@ -247,12 +257,15 @@ def _own(found: Tradeoff) -> str:
 
 def convergence(found: Tradeoff) -> str:
     share = found.smallest_error / max(found.reference_difference, 1e-300)
-    text = f"Reference: {found.reference}. With a quarter of the trees it differs by {found.reference_difference:.1g} (RMSE)"
+    text = (
+        f"Reference: {found.reference}. With a quarter of the trees it differs by "
+        f"{found.reference_difference:.1g} (RMSE)"
+    )
     if found.converged:
         return f"{text}, {'a thousandth or less' if share >= 1000 else f'1/{share:.0f}'} of the smallest error."
     return (
-        f"{text}, more than a tenth of the smallest error, {found.smallest_error:.2g}: it has not converged, and errors "
-        f"below {found.reference_difference / CONVERGED:.1g} are uncertain."
+        f"{text}, more than a tenth of the smallest error, {found.smallest_error:.2g}: it has not converged, and "
+        f"errors below {found.reference_difference / CONVERGED:.1g} are uncertain."
     )
 
 

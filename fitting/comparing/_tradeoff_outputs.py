@@ -22,7 +22,8 @@ from ._tradeoff_plot import fit_figure, tradeoff_figure
 def write_tradeoff(
     found: Tradeoff, folder: Path, title: str, about: str, fits: FitTradeoff | None = None
 ) -> list[Path]:
-    """Write `tradeoff.json`, `tradeoff.csv` and `tradeoff.png`, of fits `tradeoff-fit.csv` and `tradeoff-fit.png`, and last `tradeoff.html`.
+    """Write `tradeoff.json`, `tradeoff.csv` and `tradeoff.png`, of fits `tradeoff-fit.csv` and `tradeoff-fit.png`,
+    and last `tradeoff.html`.
 
     Returns their paths. The folder is made if it is missing, and files of these names in it are replaced. Raises `OutputError`
     where something cannot be written (see `write_together`).
@@ -68,7 +69,9 @@ def tradeoff_csv(found: Tradeoff) -> str:
 
 
 def fit_csv(fits: FitTradeoff) -> str:
-    """A row a setting; of every coefficient its value, its error, and the error as a share of its bounds and of its interval."""
+    """A row a setting; of every coefficient its value, its error, and the error as a share of its bounds and of its
+    interval.
+    """
     figures = ("seconds", "steps", "status", "largest")
     parts = {"": "value", " error": "error", " of_bounds": "of_bounds", " of_interval": "of_interval"}
     head = [

@@ -29,7 +29,12 @@ def tradeoff_figure(found: Tradeoff, *inks: str) -> Figure:
     words = Words(f"time for {found.width} x {found.height} pixels", "error: RMSE in linear RGB", *inks)
     own = [marks[p] for p in found.points if p.settings == found.asked]
     return error_figure(
-        tuple(marks.values()), KNOBS, words, tolerance=found.tolerance, best=marks.get(found.recommended), named=own
+        tuple(marks.values()),
+        KNOBS,
+        words,
+        tolerance=found.tolerance,
+        best=marks[found.recommended] if found.recommended else None,
+        named=own,
     )
 
 
@@ -49,7 +54,7 @@ def fit_figure(found: FitTradeoff, *inks: str) -> Figure:
         tuple(marks.values()),
         found.default.knobs,
         words,
-        best=marks.get(found.recommended),
+        best=marks[found.recommended] if found.recommended else None,
         named=own,
         idle=[mark for p, mark in marks.items() if not p.converged],
     )

@@ -56,7 +56,7 @@ def uncertainty(
     scale = np.where(seen, size, 1)
     _, lengths, directions = np.linalg.svd(np.where(seen, factor / scale, 0))
     determined = lengths > precision * lengths.max(initial=1e-300)
-    lost = [i for i in np.flatnonzero(~determined) if np.abs(directions[i][seen]).max(initial=0) > SHARE]
+    lost = [int(i) for i in np.flatnonzero(~determined) if np.abs(directions[i][seen]).max(initial=0) > SHARE]
     confounded = tuple(_partners(j, lost, directions, seen) for j in range(count))
     inverse = np.divide(1, lengths, out=np.zeros_like(lengths), where=determined)
     covariance = (directions.T * inverse**2) @ directions / np.outer(scale, scale) * noise**2

@@ -22,7 +22,9 @@ ROUNDING = 64.0
 
 
 def at_rounding_level(views: tuple[FitView, ...], eps: float, at_rest: float) -> bool:
-    """Is the residual no more than the arithmetic leaves over, or a solver that rests at steps of the share `at_rest`?"""
+    """Is the residual no more than the arithmetic leaves over, or a solver that rests at steps of the share
+    `at_rest`?
+    """
     return all(
         view.rmse <= max(ROUNDING * eps, 2 * at_rest) * _root_mean_square(view.target[view.weight > 0])
         for view in views

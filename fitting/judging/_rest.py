@@ -5,7 +5,7 @@ import numpy as np
 
 from diffwhitted.scene import Scene
 
-from ..problem._target import Target
+from ..problem._target import CheckedTarget
 from ..problem._unknowns import Unknown
 from ._identifiability import Uncertainty, uncertainty
 
@@ -31,7 +31,8 @@ def unsettled(
     share: float,
     errors: float,
 ) -> np.ndarray:
-    """Which coefficients the next step -R^-1 q would move by more than `share` of themselves and `errors` of their error.
+    """Which coefficients the next step -R^-1 q would move by more than `share` of themselves and `errors` of their
+    error.
 
     The step goes along the directions that the rank of R determines; whether their error is small does not matter here.
     A coefficient that the step would push through a bound close by is held there, and the step of the others
@@ -53,7 +54,9 @@ def next_step(
     unknowns: tuple[Unknown, ...],
     precision: float,
 ) -> np.ndarray:
-    """The step -R^-1 q along the `free` coefficients, 0 for those that it would push through a bound no further than `near`."""
+    """The step -R^-1 q along the `free` coefficients, 0 for those that it would push through a bound no further than
+    `near`.
+    """
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
     for _ in range(len(unknowns) + 1):
         step = _step(factor, remainder, free, precision)
@@ -83,7 +86,9 @@ def on_bound(values: np.ndarray, unknowns: tuple[Unknown, ...]) -> np.ndarray:
 
 
 def off_bound(values: np.ndarray, unknowns: tuple[Unknown, ...]) -> np.ndarray:
-    """The values with those that lie on a bound a little inside, from where they may move: on a bound no unknown has a slope."""
+    """The values with those that lie on a bound a little inside, from where they may move: on a bound no unknown has
+    a slope.
+    """
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
     margin = NEARLY * (high - low)
     return np.where(on_bound(values, unknowns), np.clip(values, low + margin, high - margin), values)
@@ -97,9 +102,11 @@ def _step(factor, remainder, free, precision) -> np.ndarray:
 
 
 def rest_test(
-    scene: Scene, targets: tuple[Target, ...], unknowns: tuple[Unknown, ...], unit: float, errors: float = 0.005
+    scene: Scene, targets: tuple[CheckedTarget, ...], unknowns: tuple[Unknown, ...], unit: float, errors: float = 0.005
 ):
-    """A test for the solver: are these coefficients, with this R, q and loss, as good as they will get, or to `errors` of their errors?"""
+    """A test for the solver: are these coefficients, with this R, q and loss, as good as they will get, or to
+    `errors` of their errors?
+    """
 
     def at_rest(values, factor, remainder, loss) -> bool:
         known = uncertainty(
@@ -116,7 +123,7 @@ def rest_test(
     return at_rest
 
 
-def residual_count(targets: tuple[Target, ...]) -> int:
+def residual_count(targets: tuple[CheckedTarget, ...]) -> int:
     return sum(3 * int((t.mask > 0).sum()) for t in targets)
 
 
@@ -130,7 +137,7 @@ def rest_share(scene: Scene) -> float:
     return AT_REST * float(jnp.finfo(scene.dtype).eps)
 
 
-def residual_noise(targets: tuple[Target, ...], loss: float, unknowns: int, unit: float, scene: Scene) -> float:
+def residual_noise(targets: tuple[CheckedTarget, ...], loss: float, unknowns: int, unit: float, scene: Scene) -> float:
     """Standard deviation of the solver's residuals, which are divided by the root of their number.
 
     Given with the targets, or else estimated from what is left over, and never below the rounding of the pictures.

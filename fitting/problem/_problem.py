@@ -67,7 +67,7 @@ def _recorded(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[
             compiling = aside.submit(part_factor, scene, unknowns, values, replace(parts[0], trees=blank))
             recorded = side_by_side(lambda part: replace(part, trees=record_part(scene, unknowns, values, part)), parts)
             compiling.result()
-        needed = max(int(part.trees.descendants.max()) for part in recorded)
+        needed = max(int(part.trees.descendants.max()) for part in recorded if part.trees is not None)
         if needed <= parts[0].plan.capacity:
             return tuple(recorded)
         parts = tuple(replace(part, plan=part.plan.with_capacity(2 * needed)) for part in parts)
@@ -86,7 +86,7 @@ def _roomy(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[Par
 
 
 def factorise(
-    problem: Problem, values: Float[Array, "p"], sigma: float = 0.0
+    problem: Problem, values: Float[Array | np.ndarray, "p"], sigma: float = 0.0
 ) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
     """The triangular factor of [J r] in the coefficients, (p + 1, p + 1), and the film of each target.
 
@@ -106,10 +106,10 @@ def factorise(
             if sigma
             else [_triangular(r.reshape(r.shape[0], -1)) for passes in rows for r in passes]
         )
-    return _factor_of(np.concatenate(factors).astype(np.float64)), films
+    return _factor_of(np.concatenate([np.asarray(f) for f in factors]).astype(np.float64)), films
 
 
-def _by_view(problem: Problem, found: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
+def _by_view(problem: Problem, found: Sequence[Array | np.ndarray]) -> tuple[np.ndarray, ...]:
     """What was found out about each part, (passes, ...) for each target, averaged over the samples a pixel."""
     rest = iter(found)
     views = ((view.passes, np.stack([next(rest) for _ in view.parts])) for view in problem.views)
@@ -137,7 +137,9 @@ def _with_room(program, scene: Scene, unknowns: tuple[Unknown, ...], values, par
 
 @eqx.filter_jit
 def part_factor(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array, "p"], part: Part):
-    """The triangular factor of [J r] of one part, its rendered pixels (3, pixels), and the room for rays that it needs."""
+    """The triangular factor of [J r] of one part, its rendered pixels (3, pixels), and the room for rays that it
+    needs.
+    """
     rows, seen, needed = part_rows(scene, unknowns, values, part)
     return _triangular(rows.reshape(len(unknowns) + 1, -1)), seen, needed
 
@@ -207,5 +209,5 @@ def _triangular(rows: Float[Array, "columns rows"]) -> Float[Array, "columns col
 
 def _factor_of(factors: np.ndarray) -> np.ndarray:
     """The triangular factor of stacked ones, with a diagonal >= 0; square also where there are few rows."""
-    total = np.linalg.qr(np.vstack([factors, np.zeros((factors.shape[1],) * 2)]), mode="r")
+    total = np.asarray(np.linalg.qr(np.vstack([factors, np.zeros((factors.shape[1],) * 2)]), mode="r"))
     return total * np.where(np.diagonal(total) < 0, -1, 1)[:, None]

@@ -27,7 +27,17 @@ class Target:
     noise: float | np.ndarray | None = None
 
 
-def as_targets(scene: Scene, targets) -> tuple[Target, ...]:
+@dataclass(frozen=True, eq=False)
+class CheckedTarget:
+    """A target that fits its scene, with nothing left to guess; `noise` is that of each pixel, None: unknown."""
+
+    image: np.ndarray
+    camera: str
+    mask: np.ndarray
+    noise: np.ndarray | None
+
+
+def as_targets(scene: Scene, targets) -> tuple[CheckedTarget, ...]:
     """One picture, one `Target`, a mapping from cameras to pictures, or a sequence of targets, checked.
 
     Raises `FitError` naming the camera for an unknown camera, another size, pixels that are not finite, a mask
@@ -52,12 +62,13 @@ def _of_camera(camera: str, target) -> Target:
         return Target(target, camera)
     if target.camera not in (None, camera):
         raise FitError(
-            f"targets: the target at {camera!r} names the camera {target.camera!r}; leave one of the two out, or make them agree"
+            f"targets: the target at {camera!r} names the camera {target.camera!r}; leave one of the two out, or "
+            "make them agree"
         )
     return replace(target, camera=camera)
 
 
-def _checked(scene: Scene, target: Target) -> Target:
+def _checked(scene: Scene, target: Target) -> CheckedTarget:
     name = _camera_name(scene, target.camera)
     camera, place = scene.cameras[name], f"target of camera {name!r}"
     size = (camera.height, camera.width)
@@ -66,8 +77,8 @@ def _checked(scene: Scene, target: Target) -> Target:
         raise FitError(f"{place}: its shape is {image.shape}; allowed is (height, width, 3), linear RGB")
     if not np.issubdtype(image.dtype, np.floating):
         raise FitError(
-            f"{place}: its values are of type {image.dtype}; allowed is linear light as floating-point numbers. Of 8-bit codes "
-            "use diffwhitted.read_image, or divide and linearise"
+            f"{place}: its values are of type {image.dtype}; allowed is linear light as floating-point numbers. "
+            "Of 8-bit codes use diffwhitted.read_image, or divide and linearise"
         )
     if image.shape[:2] != size:
         raise FitError(
@@ -91,7 +102,7 @@ def _checked(scene: Scene, target: Target) -> Target:
             "mask them (mask 0), or repair the picture"
         )
     image = np.where((mask > 0)[..., None], image, 0)
-    return Target(image, name, mask, _checked_noise(target.noise, size, place))
+    return CheckedTarget(image, name, mask, _checked_noise(target.noise, size, place))
 
 
 def _camera_name(scene: Scene, name: str | None) -> str:
@@ -106,7 +117,7 @@ def _camera_name(scene: Scene, name: str | None) -> str:
     return name
 
 
-def _checked_noise(noise, size, place: str):
+def _checked_noise(noise, size: tuple[int, int], place: str) -> np.ndarray | None:
     if noise is None:
         return None
     noise = np.asarray(noise, np.float64)

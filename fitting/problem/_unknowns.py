@@ -127,7 +127,7 @@ def start_values(scene: Scene, unknowns: tuple[Unknown, ...], start: Mapping[str
     return np.clip(values, *np.asarray([u.bounds for u in unknowns]).T)
 
 
-def insert(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array, "p"]) -> Scene:
+def insert(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array | np.ndarray, "p"]) -> Scene:
     """The scene with the values of the unknowns; differentiable."""
     for name in dict.fromkeys(u.coefficient for u in unknowns):
         mine = [i for i, u in enumerate(unknowns) if u.coefficient == name]
@@ -155,7 +155,8 @@ def _matching(unknowns: Sequence[Unknown], pattern: str) -> list[int]:
 def _start_number(name: str, value) -> float:
     if np.ndim(value) or not _are_numbers([value]):
         raise FitError(
-            f"start: {name} = {value!r}; allowed is a number, and for one channel of a colour its own name, such as {name}.r"
+            f"start: {name} = {value!r}; allowed is a number, and for one channel of a colour its own name, such "
+            f"as {name}.r"
         )
     return float(value)
 

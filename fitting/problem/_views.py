@@ -1,4 +1,5 @@
-"""What a fit looks at: each target in parts that a program takes one at a time; all of it, a share of it, coarser, or finer.
+"""What a fit looks at: each target in parts that a program takes one at a time; all of it, a share of it, coarser, or
+finer.
 
 A view of any kind has parts of one shape, so that one compiled program serves them all.
 """
@@ -15,8 +16,10 @@ from diffwhitted.scene import Camera, Marks
 from diffwhitted.tree import Plan, Record, Samples, sample_places
 
 PART_PIXELS, PART_RAYS = 20_000, 2_000
-"""A target is looked at in passes of no more pixels and blocks of no more rays: with a column for each unknown, larger ones outgrow
-the cache, and the memory of larger passes is fetched anew for each look (measured with 18 unknowns)."""
+"""A target is looked at in passes of no more pixels and blocks of no more rays: with a column for each unknown,
+larger ones outgrow the cache, and the memory of larger passes is fetched anew for each look (measured with 18
+unknowns).
+"""
 
 
 class Part(eqx.Module):
@@ -31,7 +34,9 @@ class Part(eqx.Module):
     row: Float[Array, "pixels"]
     there: Bool[Array, "pixels"]
     places: Float[Array, "samples 2"]
-    """Where in each pixel the samples are. Where rays move it is one: a pass is as many parts as there are samples a pixel."""
+    """Where in each pixel the samples are. Where rays move it is one: a pass is as many parts as there are samples a
+    pixel.
+    """
     side: Float[Array, ""]
     """Of the square that a sample stands for, in pixels."""
     trees: Record | None
@@ -57,7 +62,9 @@ class View(eqx.Module):
     step: int
     """Its pixels are squares of step x step pixels of the camera."""
 
-    def picture(self, film: Float[Array, "passes channels pixels"]) -> Float[Array, "height width channels"]:
+    def picture(
+        self, film: Float[Array | np.ndarray, "passes channels pixels"]
+    ) -> Float[Array, "height width channels"]:
         """The passes put together."""
         return gathered(film, *self.weight.shape)
 

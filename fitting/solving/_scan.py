@@ -15,7 +15,9 @@ CLEARLY = 0.7
 
 
 def best_of(problem: Problem, start: np.ndarray, sigma: float) -> np.ndarray:
-    """The start, or the place along its moving coefficients where the residuals, blurred by `sigma` pixels, are clearly smaller."""
+    """The start, or the place along its moving coefficients where the residuals, blurred by `sigma` pixels, are
+    clearly smaller.
+    """
     shares = (np.arange(PLACES) + 0.5) / PLACES
     best, least = start, CLEARLY * _loss(problem, start, sigma)
     for i in (i for i, unknown in enumerate(problem.unknowns) if unknown.row.moves_rays):

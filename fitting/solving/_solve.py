@@ -102,18 +102,19 @@ def solve(
 ) -> Solution:
     """From these coefficients until the steps become too small to matter, or `max_steps`, or Ctrl-C.
 
-    `at_rest(values, factor, remainder, loss)` may stop it earlier. `sigma`: blur of the residuals in pixels. Where the solver
-    rejects a step that is too small to be seen in the loss, the next ones are Gauss-Newton steps, each of which must promise
-    less than the one before. `boldness`: that of a run before, to go on with.
+    `at_rest(values, factor, remainder, loss)` may stop it earlier. `sigma`: blur of the residuals in pixels. Where
+    the solver rejects a step that is too small to be seen in the loss, the next ones are Gauss-Newton steps, each of
+    which must promise less than the one before. `boldness`: that of a run before, to go on with.
     """
     begun, method = time.perf_counter(), _method(problem.scene.dtype)
     x = problem.bounds.unknowns(jnp.asarray(start, float))
     state = _bold(first_state(method, x), boldness)
-    history, rejected, best = [], 0, None
+    history: list[FitStep] = []
+    rejected, best = 0, None
 
-    def note(here: Look, accepted: bool) -> Look:
+    def note(here: Look, accepted: bool, best: Look | None) -> Look:
         """The better of the two; in the history is always the loss of the better one."""
-        better = here if accepted else best
+        better = here if accepted or best is None else best
         history.append(FitStep(len(history), better.linear()[-1] * loss_scale, time.perf_counter() - begun, accepted))
         if on_step is not None:
             on_step(history[-1])
@@ -124,7 +125,7 @@ def solve(
             here = look(problem, state.y_eval, sigma)
             x, state, done = advance(method, x, state, _linear_model(problem, here))
             accepted = int(state.num_steps_since_acceptance) == 0
-            best = note(here, accepted)
+            best = note(here, accepted, best)
             rejected = 0 if accepted else rejected + 1
             if (
                 bool(done)
@@ -134,6 +135,7 @@ def solve(
                 or (rejected and _is_unseen(problem, best))
             ):
                 break
+        assert best is not None, "max_steps is 1 or more"
         while len(history) < max_steps and _is_unseen(problem, best) and not (stopped() or at_rest(*best.linear())):
             step, promise = _promise(problem, best)
             low, high = np.asarray([u.bounds for u in problem.unknowns], np.float64).T
@@ -141,7 +143,7 @@ def solve(
                 problem, problem.bounds.unknowns(jnp.asarray(np.clip(best.values + step, low, high), float)), sigma
             )
             better = _promise(problem, here)[1] < promise
-            best = note(here, better)
+            best = note(here, better, best)
             if not better:
                 break
     return Solution(
@@ -166,7 +168,9 @@ def _boldness(state):
 
 
 def _bold(state, boldness: float | None):
-    """The state with that boldness, or its own; in either case as a number of one type, for which the step is compiled once."""
+    """The state with that boldness, or its own; in either case as a number of one type, for which the step is
+    compiled once.
+    """
     own = _boldness(state)
     return eqx.tree_at(_boldness, state, jnp.asarray(float(own) if boldness is None else boldness, own.dtype))
 
@@ -193,7 +197,8 @@ def _method(dtype) -> optx.LevenbergMarquardt:
     return eqx.tree_at(lambda m: m.search, method, optx.ClassicalTrustRegion(high_cutoff=0.75))
 
 
-# A Jacobian by "bwd" is an array in the state, where "fwd" would keep a program: the step compiles once for each number of unknowns.
+# A Jacobian by "bwd" is an array in the state, where "fwd" would keep a program: the step compiles once for each
+# number of unknowns.
 _OPTIONS, _TAGS = {"jac": "bwd"}, frozenset()
 
 
@@ -206,7 +211,9 @@ def first_state(method, x: Float[Array, "p"]):
 
 @eqx.filter_jit
 def advance(method, x: Float[Array, "p"], state, model: LinearModel):
-    """One step with the model at the point that the state asks for: the best point, the new state, and whether it ended."""
+    """One step with the model at the point that the state asks for: the best point, the new state, and whether it
+    ended.
+    """
     x, state, _ = method.step(model, x, None, _OPTIONS, state, _TAGS)
     return x, state, method.terminate(model, x, None, _OPTIONS, state, _TAGS)[0]
 

@@ -1,8 +1,9 @@
 """From coarse to fine: a fit takes its first steps where they cost little, and its last where they count.
 
-Where no ray moves, every pixel alone is a measurement, and some passes of a large target, whose pixels come from all over it, lead
-nearly to where all of them lead. Where rays move, residuals are blurred at first (`_pyramid`), and what is blurred over
-several pixels needs no tree for each of them. The last stage looks at all pixels, and what a fit reports is from there.
+Where no ray moves, every pixel alone is a measurement, and some passes of a large target, whose pixels come from all
+over it, lead nearly to where all of them lead. Where rays move, residuals are blurred at first (`_pyramid`), and what
+is blurred over several pixels needs no tree for each of them. The last stage looks at all pixels, and what a fit
+reports is from there.
 """
 
 import time
@@ -17,7 +18,7 @@ from .._result import FitStage, FitStep
 from ..judging._rest import UNIT, nearly, off_bound, rest_test
 from ..problem._problem import Problem
 from ..problem._pyramid import blurs
-from ..problem._target import Target
+from ..problem._target import CheckedTarget
 from ..problem._views import coarser, finer, some_passes
 from ._scan import best_of
 from ._solve import Solution, solve
@@ -46,7 +47,7 @@ class Stage:
         return sum(int(np.sum(part.there)) * len(part.places) for view in self.problem.views for part in view.parts)
 
 
-def stages_of(problem: Problem, targets: tuple[Target, ...], coarse_to_fine: bool) -> list[Stage]:
+def stages_of(problem: Problem, targets: tuple[CheckedTarget, ...], coarse_to_fine: bool) -> list[Stage]:
     """The stages of a fit, in order."""
 
     def rest(errors: float = 0.005):
@@ -57,8 +58,9 @@ def stages_of(problem: Problem, targets: tuple[Target, ...], coarse_to_fine: boo
 
     moving, found = problem.moves, []
     camera = problem.views[0].parts[0].camera
+    fewest = min(view.weight.size for view in problem.views)
     for blur in blurs(camera.width, camera.height)[:-1] if moving else ():
-        step = _step(problem, blur) if coarse_to_fine else 1
+        step = _step(fewest, blur) if coarse_to_fine else 1
         squares = f"squares of {step} x {step} pixels, " if step > 1 else ""
         found.append(
             Stage(f"{squares}blurred by {blur:.3g} pixels", _changed(problem, coarser, step), blur, settled, False)
@@ -81,9 +83,9 @@ def _changed(problem: Problem, change: Callable, *how) -> Problem:
     return replace(problem, views=tuple(change(view, *how) for view in problem.views))
 
 
-def _step(problem: Problem, blur: float) -> int:
-    """The largest power of 2 up to half the blur that leaves pixels enough."""
-    pixels, step = min(view.weight.size for view in problem.views), 1
+def _step(pixels: int, blur: float) -> int:
+    """The largest power of 2 up to half the blur that leaves pixels enough of so many."""
+    step = 1
     while 4 * step <= blur and pixels >= 4 * step**2 * LEAST_SAMPLES:
         step *= 2
     return step

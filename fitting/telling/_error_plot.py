@@ -1,4 +1,6 @@
-"""Errors against time as a drawing that reads at a glance: sweeps of knobs, the Pareto front, and names where they tell most."""
+"""Errors against time as a drawing that reads at a glance: sweeps of knobs, the Pareto front, and names where they
+tell most.
+"""
 
 from __future__ import annotations
 

@@ -103,7 +103,9 @@ def value_text(coefficient: FittedCoefficient) -> str:
 
 
 def interval_text(coefficient: FittedCoefficient) -> str:
-    """`0.1195 to 0.1211`, rounded like the value, or half its width where both ends read alike; empty where there is none."""
+    """`0.1195 to 0.1211`, rounded like the value, or half its width where both ends read alike; empty where there is
+    none.
+    """
     if coefficient.interval_95 is None:
         return ""
     low, high = (rounded(end, coefficient.standard_error) for end in coefficient.interval_95)

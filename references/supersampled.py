@@ -1,4 +1,4 @@
-"""The three scenes on which derivatives through moving edges are measured, and their converged references (also for the tests)."""
+"""The three scenes on which derivatives through moving edges are measured, and their converged references."""
 
 from pathlib import Path
 

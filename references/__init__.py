@@ -1,0 +1,1 @@
+"""What tests and benchmarks measure against: scenes, and converged pictures of them."""
