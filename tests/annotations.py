@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from beartype import BeartypeConf, BeartypeHintOverrides, beartype
+from beartype import BeartypeConf, FrozenDict, beartype
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("diffwhitted", "fitting")
@@ -28,7 +28,7 @@ def public_names(package: str) -> list[str]:
 
 DOORS = {*CHECKING, *(name for package in (*PACKAGES, "diffwhitted/image") for name in public_names(package))}
 NUMBERS = {bool: bool | np.bool_, int: int | np.integer, float: float | int | np.integer | np.floating}
-_check = beartype(conf=BeartypeConf(hint_overrides=BeartypeHintOverrides(NUMBERS)))
+_check = beartype(conf=BeartypeConf(hint_overrides=FrozenDict(NUMBERS)))
 
 
 def checked(function: Callable) -> Callable:
