@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._errors import SceneError, is_plain
+from .._errors import SceneError
 from ._background import Background, ConstantBackground
 from ._camera import Camera
 from ._checks import nearest_name, number_array, require
@@ -107,15 +107,6 @@ class Scene(eqx.Module):
                 raise SceneError(f"scene: {field} = {getattr(self, field)!r}; allowed is {', '.join(get_args(kind))}")
 
     def _check_references(self):
-        for kind, names in (
-            ("object", (thing.name for thing in self.objects)),
-            ("material", self.materials),
-            ("texture", self.textures),
-            ("camera", self.cameras),
-        ):
-            for name in names:
-                if not all(map(is_plain, name)):
-                    raise SceneError(f"{kind} {name!r}: its name holds a control character; use characters that show")
         seen = set()
         for thing in self.objects:
             if thing.name in seen:

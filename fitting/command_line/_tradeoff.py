@@ -10,7 +10,7 @@ import typer
 
 from ._environment import set_up
 from ._options import CameraName, Height, ScenePath, Width, chosen_camera
-from ._progress import Progress, say
+from ._progress import Progress, safe, say
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -142,12 +142,12 @@ def tradeoff(
     print_tradeoff(found, about)
     print()
     for sentence in sentences(found):
-        print(textwrap.fill(sentence, 80))
+        say(textwrap.fill(sentence, 80))
     if fits is not None:
         print()
         print_fits(fits)
         print()
-        print(textwrap.fill(recommendation(fits), 80))
+        say(textwrap.fill(recommendation(fits), 80))
     if written:
         say(f"Page: {written[-1]}")
 
@@ -215,7 +215,7 @@ def print_fits(found: FitTradeoff) -> None:
 
     from ._explain import plain_table
 
-    print(
+    say(
         textwrap.fill(
             f"Fits of {', '.join(found.start)}; medians of {found.rounds} runs, {found.seconds_compile:.0f} s of compiling",
             80,
@@ -227,13 +227,13 @@ def print_fits(found: FitTradeoff) -> None:
     shown = _shown_fits(found)
     for p in shown:
         mark = ">" if p is found.recommended else ""
-        figures = str(p.steps), f"{p.largest:.2g}", p.worst.name, f"{p.covered} of {len(p.coefficients)}"
+        figures = str(p.steps), f"{p.largest:.2g}", safe(p.worst.name), f"{p.covered} of {len(p.coefficients)}"
         table.add_row(mark, str(p.settings), seconds_text(p.seconds), *figures)
     console = Console(highlight=False)
     console.print("", table, sep="\n")
     if hidden := len(found.points) - len(shown):
         text = f"{hidden} more fits were measured: beaten by one of these, better by less than a fifth, or without an answer."
-        print("\n" + textwrap.fill(text, 80))
+        say("\n" + textwrap.fill(text, 80))
 
 
 def _shown_fits(found: FitTradeoff) -> list[FitPoint]:
