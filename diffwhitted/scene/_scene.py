@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._errors import SceneError, is_plain
+from .._errors import SceneError
 from ..records import changed, nearest_name, number_array, require
 from ..shapes import OBJECTS, AbstractObject
 from ._camera import Camera
@@ -116,16 +116,6 @@ class Scene(eqx.Module):
             for thing in things:
                 registry.check(thing, "scene")
         _no_twins("light", [light.name for light in self.lights])
-        for kind, names in (
-            ("object", (thing.name for thing in self.objects)),
-            ("light", (light.name for light in self.lights)),
-            ("material", self.materials),
-            ("texture", self.textures),
-            ("camera", self.cameras),
-        ):
-            for name in names:
-                if not all(map(is_plain, name)):
-                    raise SceneError(f"{kind} {name!r}: its name holds a control character; use characters that show")
         seen = set()
         for thing in self.objects:
             if thing.name in seen:
