@@ -6,6 +6,7 @@ from typing import Literal, get_args
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from .._errors import SceneError
@@ -74,7 +75,7 @@ class Scene(eqx.Module):
             for records in (materials, cameras, textures)
         )
         self.background = cast(background or ConstantBackground((0.0, 0.0, 0.0)))
-        self.ambient = cast(jnp.broadcast_to(number_array(ambient, "scene", "ambient", ((), (3,))), (3,)))
+        self.ambient = cast(number_array(ambient, "scene", "ambient", ((), (3,))) * np.ones(3))
         require(lambda a: (a >= 0).all(), "scene", "ambient", self.ambient, ">= 0")
         self.cutoff = cast(_cutoff(cutoff))
         self.max_depth, self.shadows, self.footprint = max_depth, shadows, footprint

@@ -8,6 +8,7 @@ the order of the registry, materials and textures by name.
 from collections.abc import Collection
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
@@ -114,9 +115,9 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         texture_of=texture_of,
         textures=textures,
         lights=grouped(scene.lights)[0],
-        background=scene.background,
-        ambient=vec3(scene.ambient),
-        cutoff=scene.cutoff,
+        background=jax.tree.map(jnp.asarray, scene.background),
+        ambient=vec3(jnp.asarray(scene.ambient)),
+        cutoff=jnp.asarray(scene.cutoff),
         mirrors=marks.wanted["k_s"] | _some(table["k_s"]),
         transparent=marks.wanted["k_t"] | _some(table["k_t"]),
         glass_of=place_in_glass[material_of],

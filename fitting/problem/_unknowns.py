@@ -8,15 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from diffwhitted.scene import (
-    BY_NAME,
-    COEFFICIENTS,
-    Coefficient,
-    Scene,
-    coefficient_value,
-    nearest_name,
-    replace_coefficient,
-)
+from diffwhitted.scene import BY_NAME, COEFFICIENTS, Row, Scene, coefficient_value, nearest_name, replace_coefficient
 
 from .._errors import FitError
 
@@ -30,7 +22,7 @@ class Unknown:
     coefficient: str
     """As in `replace_coefficient`: "glass.k_d"."""
     channel: int | None
-    row: Coefficient
+    row: Row
     bounds: tuple[float, float]
 
     @property
@@ -136,7 +128,7 @@ def insert(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array | np
     return scene
 
 
-def _default_bounds(row: Coefficient, value: np.ndarray) -> tuple[float, float]:
+def _default_bounds(row: Row, value: np.ndarray) -> tuple[float, float]:
     """The bounds of the table, widened (twice as far as need be) where the scene's own value lies outside."""
     low, high = row.fit_bounds
     if row.lowest < value.min() < low:
