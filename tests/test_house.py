@@ -16,8 +16,11 @@ LONGEST = 300
 
 LAYERS = (
     "diffwhitted._errors",
+    "diffwhitted._files",
     "diffwhitted.numerics",
     "diffwhitted.geometry",
+    "diffwhitted.records",
+    "diffwhitted.shapes",
     "diffwhitted.scene",
     "diffwhitted.optics",
     "diffwhitted.illumination",
@@ -78,6 +81,11 @@ def imports(path: Path) -> Iterator[str]:
 def is_module(name: str) -> bool:
     path = ROOT.joinpath(*name.split("."))
     return path.with_suffix(".py").exists() or (path / "__init__.py").exists()
+
+
+def test_every_room_has_its_floor():
+    rooms = {".".join(module_of(path).split(".")[:2]) for path in files()}
+    assert rooms == set(LAYERS)
 
 
 def upward(path: Path) -> list[str]:
