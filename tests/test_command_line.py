@@ -369,7 +369,11 @@ def test_explain_measures_each_effect_that_is_on(place, capsys):
     assert main(["explain", "plain.toml", "--json"]) == 0
     explained = json.loads(capsys.readouterr().out)
     cost = explained["cost"]
-    assert cost["seconds"] > 0 and cost["seconds_compile"] > 0 and sum(cost["work"].values()) == pytest.approx(1)
+    assert (
+        cost["seconds"] > 0
+        and cost["seconds_compile"] > 0
+        and set(cost["work"]) == {"overhead", "intersection", "shading"}
+    )
     for effect in explained["effects"]:
         assert (effect["cost"] is not None) == effect["on"] == (effect["name"] == "diffuse")
 

@@ -13,11 +13,11 @@ from rich.console import Console
 import diffwhitted as dw
 from diffwhitted._errors import printable
 from diffwhitted.image import ImageError, read_image, read_mask, write_image
+from fitting._result import FittedCoefficient
 from fitting.command_line import main
 from fitting.command_line._accuracy import _read
-from fitting.command_line._named_values import true_values
-from fitting._result import FittedCoefficient
 from fitting.command_line._explain import print_explanation
+from fitting.command_line._named_values import true_values
 from fitting.telling._outputs import OutputError, write_together, write_whole
 from fitting.telling._tables import coefficient_table
 
