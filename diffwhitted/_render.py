@@ -12,6 +12,7 @@ from ._errors import CapacityError, SceneError
 from .accuracy import choose
 from .rendering._antialias import antialias as adaptive
 from .rendering._passes import recorded_with_room, render_passes, traced_passes, traced_with_room
+from .rendering._unforeseen import poisoned, unforeseen
 from .scene import Camera, Scene, depth_number, is_traced, split_name, whole_number
 from .tree import Plan, likely_room, make_plan
 
@@ -42,8 +43,8 @@ def render(
 
     Without a `plan` one is made for this call. Inside `jit` (or where values are traced) it must assume the
     worst, so pass `plan=diffwhitted.plan(scene, camera)` there. Raises `SceneError` for a plan that does not
-    fit the scene and camera (not seen where they are traced), and `CapacityError` where its room for rays is
-    too small; no ray is dropped in silence.
+    fit the scene and camera, and `CapacityError` where its room for rays is too small; no ray is dropped in silence.
+    Where values are traced nobody can be told: the whole picture and all its derivatives are NaN there.
     """
     if tolerance is not None:
         if (
@@ -91,7 +92,8 @@ def render(
         )
     if traced:
         image, needed = render_passes(scene, camera, plan, samples)
-        return eqx.error_if(image, needed > plan.capacity, _too_small(plan))
+        wrong = (needed > plan.capacity) | (unforeseen(scene, plan) if given else False)
+        return poisoned(image, eqx.filter((scene, camera), eqx.is_inexact_array), wrong)
     if not given:
         return traced_with_room(scene, camera, plan, samples)[0]
     image, descendants = traced_passes(scene, camera, plan, samples)
