@@ -83,7 +83,7 @@ def render(
     if given:
         _check(plan, scene, camera, traced)
     else:
-        room = None if traced else likely_room(camera)
+        room = likely_room(camera)
         plan = make_plan(scene, camera, max_depth=max_depth, capacity=room, footprint=footprint)
     if samples > 1 and plan.footprint:
         raise SceneError(
@@ -91,8 +91,8 @@ def render(
             "k x k trees a pixel, footprint = 0 with samples = n traces n x n points"
         )
     if traced:
-        image, needed = render_passes(scene, camera, plan, samples)
-        wrong = (needed > plan.capacity) | (unforeseen(scene, plan) if given else False)
+        image, lost = render_passes(scene, camera, plan, samples)
+        wrong = lost | unforeseen(scene, plan) if given else lost
         return poisoned(image, eqx.filter((scene, camera), eqx.is_inexact_array), wrong)
     if not given:
         return traced_with_room(scene, camera, plan, samples)[0]

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float, Int
 from ..image import gathered
 from ..numerics._workers import side_by_side
 from ..scene import Camera, Scene, tabulate
-from ..tree import Beyond, Plan, Record, grid, record, replay, sample_places, trace
+from ..tree import Beyond, Plan, Record, film_of, grid, record, replay, sample_places, trace
 
 
 def trace_samples(
@@ -35,21 +35,23 @@ trace_pass = eqx.filter_jit(trace_samples)
 
 @eqx.filter_jit
 def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
-    """The image (height, width, 3), differentiable, and the most rays other than camera rays that one pass needs."""
+    """The image (height, width, 3), differentiable, and whether the tree of one ray outgrew the plan's room.
+
+    For traced values: a pass that needs more room is traced in parts, so that the picture is right all the same.
+    """
     tables = tabulate(scene)
 
     def one_sample(number, place):
-        samples = grid(plan, camera, number, place)
-        tree = record(tables, camera, plan, samples)
-        return replay(tables, camera, tree, plan, samples).stacked(axis=0), tree.descendants
+        light, lost = film_of(plan, (tables, camera, grid(plan, camera, number, place)))
+        return light.stacked(axis=0), lost
 
     def one_pass(number):
         places = sample_places(plan.footprint or samples, scene.dtype)
-        film, needed = jax.lax.map(lambda place: one_sample(number, place), places)
-        return film.mean(axis=0), needed.max()
+        film, lost = jax.lax.map(lambda place: one_sample(number, place), places)
+        return film.mean(axis=0), lost.any()
 
-    film, needed = jax.lax.map(one_pass, _pass_numbers(plan))
-    return gathered(film, camera.height, camera.width), needed.max()
+    film, lost = jax.lax.map(one_pass, _pass_numbers(plan))
+    return gathered(film, camera.height, camera.width), lost.any()
 
 
 def traced_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):

@@ -2,6 +2,7 @@
 
 from ._arrival import BRANCH_NAMES
 from ._effects import EFFECT_NAMES, Decision, Effects, decide_effects
+from ._film import film_of
 from ._plan import Plan, likely_room, make_plan
 from ._record import Nodes, Record, record
 from ._replay import replay, trace, trace_beside_small, trace_left_out
@@ -19,6 +20,7 @@ __all__ = [
     "Record",
     "Samples",
     "decide_effects",
+    "film_of",
     "grid",
     "likely_room",
     "make_plan",
