@@ -14,7 +14,7 @@ from .rendering._antialias import antialias as adaptive
 from .rendering._passes import recorded_with_room, render_passes, traced_passes, traced_with_room
 from .rendering._unforeseen import poisoned, unforeseen
 from .scene import Camera, Scene, depth_number, is_traced, split_name, whole_number
-from .tree import Plan, likely_room, make_plan
+from .tree import Plan, likely_room, make_plan, unmeasured_plan
 
 
 def render(
@@ -41,10 +41,11 @@ def render(
     that move no ray. For those that do, such as a refractive index, they see the motion of edges only with a
     footprint.
 
-    Without a `plan` one is made for this call. Inside `jit` (or where values are traced) it must assume the
-    worst, so pass `plan=diffwhitted.plan(scene, camera)` there. Raises `SceneError` for a plan that does not
-    fit the scene and camera, and `CapacityError` where its room for rays is too small; no ray is dropped in silence.
-    Where values are traced nobody can be told: the whole picture and all its derivatives are NaN there.
+    Without a `plan` one is made for this call. Inside `jit` (or where values are traced) it has every effect that a
+    traced number may call for; `plan=diffwhitted.plan(scene, camera)` leaves out what the scene does not. Raises
+    `SceneError` for a plan that does not fit the scene and camera, and `CapacityError` where its room for rays is too
+    small; no ray is dropped in silence. Where values are traced nobody can be told: numbers that call for more than
+    the plan has make the whole picture and all its derivatives NaN, and a pass with too little room goes in parts.
     """
     if tolerance is not None:
         if (
@@ -82,9 +83,10 @@ def render(
         return jnp.asarray(adaptive(scene, camera, antialias, max_depth=max_depth).image)
     if given:
         _check(plan, scene, camera, traced)
+    elif traced:
+        plan = unmeasured_plan(scene, camera, max_depth=max_depth, footprint=footprint)
     else:
-        room = likely_room(camera)
-        plan = make_plan(scene, camera, max_depth=max_depth, capacity=room, footprint=footprint)
+        plan = make_plan(scene, camera, max_depth=max_depth, capacity=likely_room(camera), footprint=footprint)
     if samples > 1 and plan.footprint:
         raise SceneError(
             f"samples = {samples} with footprint = {plan.footprint}; allowed is one of the two: footprint = k traces "

@@ -1,7 +1,5 @@
 """The hard cases of a ray tracer, each with the value that algebra gives for it."""
 
-from functools import partial
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -416,23 +414,6 @@ def test_no_ray_is_dropped_in_silence():
     with pytest.raises(dw.CapacityError, match=f"more room than the plan's {small.capacity} rays.*diffwhitted.plan"):
         dw.render(scene, camera, plan=small)
     np.testing.assert_allclose(dw.render(scene, camera), 0.1 * (1 - 0.5**12) / 0.5, rtol=1e-12)
-
-
-def test_too_little_room_makes_picture_and_derivative_nan_under_jit():
-    """Nobody can be told there: NaN everywhere, in place of a picture that lacks rays."""
-    scene, camera = crowded()
-    full = make_plan(scene, camera)
-
-    @partial(jax.jit, static_argnums=1)
-    def both(k, plan):
-        def shaded(k):
-            return dw.render(dw.replace_coefficient(scene, "floor.k_a", k), camera, plan=plan)
-
-        return jax.jvp(shaded, (k,), (jnp.ones_like(k),))
-
-    assert all(np.isfinite(found).all() for found in both(jnp.asarray(0.1), full))
-    small = make_plan(scene, camera, capacity=1)
-    assert all(np.isnan(found).all() for found in both(jnp.asarray(0.1), small))
 
 
 def test_a_camera_of_another_precision():

@@ -3,7 +3,7 @@
 from ._arrival import BRANCH_NAMES
 from ._effects import EFFECT_NAMES, Decision, Effects, decide_effects
 from ._film import film_of
-from ._plan import Plan, likely_room, make_plan
+from ._plan import Plan, likely_room, make_plan, unmeasured_plan
 from ._record import Nodes, Record, record
 from ._replay import replay, trace, trace_beside_small, trace_left_out
 from ._samples import Samples, grid, pixel_of, sample_places
@@ -31,4 +31,5 @@ __all__ = [
     "trace",
     "trace_beside_small",
     "trace_left_out",
+    "unmeasured_plan",
 ]

@@ -100,7 +100,7 @@ def follow(
     room = cameras + plan.capacity
     one = jnp.ones(plan.block, tables.ambient.dtype)
     white = Vec3(one, one, one)
-    weighed = light_of is not None or plan.effects.cutoff
+    weighed, lit = light_of is not None or plan.effects.cutoff, light_of is not None and window is not None
     follow_rays = jax.jit(partial(_follow, tables, plan))  # traced once, for its shapes and for its results
 
     def waiting(state):
@@ -119,7 +119,7 @@ def follow(
         if weighed:
             throughput = where(origin.lineage == 0, white, throughput) * factor
         nodes_here, at, children = follow_rays(ray, footprint, sides, origin, alive.any())
-        sends = followed(tables, plan, at, origin.level, throughput, children) if plan.branching else None
+        sends = followed(tables, plan, at, origin.level, throughput, children, lit) if plan.branching else None
         queue = _append(lineage, count, slot, sends, alive) if plan.branching else (lineage, count)
         lost = left_out(tables, plan, beyond, at, throughput, children, sends) if beyond and plan.branching else None
         light = tuple(throughput * part for part in light_of(nodes_here, ray, at, alive.any())) if light_of else None

@@ -21,16 +21,29 @@ Children = tuple[Int[Array, "n"], Bool[Array, "n"], Bool[Array, "n"] | None]
 
 
 def followed(
-    tables: Tables, plan: Plan, at: Arrival, level: Int[Array, "n"], throughput: Vec3 | None, children: Children
+    tables: Tables,
+    plan: Plan,
+    at: Arrival,
+    level: Int[Array, "n"],
+    throughput: Vec3 | None,
+    children: Children,
+    lit: bool = False,
 ) -> Children:
-    """Those of the children that are followed. What runs past an outline is no deeper than its parent, and always is."""
+    """Those of the children that are followed. What runs past an outline is no deeper than its parent, and always is.
+
+    With `lit` only those that carry light: where no derivative is asked for, a coefficient that is zero ends the tree.
+    """
     mirror, through, past = children
     deeper = level < (plan.max_depth if tables.max_depth is None else tables.max_depth)
     keep_mirror = keep_through = deeper
-    if plan.effects.cutoff:
-        keep_mirror, keep_through = (
-            deeper & (_brightest(throughput * share(tables, plan, at.object, branch)) >= tables.cutoff)
+    if plan.effects.cutoff or lit:
+        carried = (
+            _brightest(throughput * share(tables, plan, at.object, branch))
             for branch in (mirror, jnp.full_like(mirror, TRANSMITTED))
+        )
+        keep_mirror, keep_through = (
+            deeper & ((light > 0) if lit else True) & ((light >= tables.cutoff) if plan.effects.cutoff else True)
+            for light in carried
         )
     return jnp.where(keep_mirror, mirror, 0), through & keep_through, past
 
