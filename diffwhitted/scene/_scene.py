@@ -116,6 +116,9 @@ class Scene(eqx.Module):
             for thing in things:
                 registry.check(thing, "scene")
         _no_twins("light", [light.name for light in self.lights])
+        for light in self.lights:
+            if "." in light.name:
+                raise SceneError(f"light {light.name!r}: allowed is a name without a dot, so that its numbers have names")
         for kind, names in (
             ("object", (thing.name for thing in self.objects)),
             ("light", (light.name for light in self.lights)),

@@ -11,6 +11,7 @@ from ._effects import (
     effect_rows,
     including_effect,
 )  # fmt: skip
+from ._idle import idle
 from ._plan import Plan, likely_room, make_plan, tables_of
 from ._record import Nodes, Record, record
 from ._replay import replay, trace, trace_beside_small, trace_left_out
@@ -19,6 +20,6 @@ from ._truncation import Beyond
 
 __all__ = [
     "BRANCH_NAMES", "EFFECT_NAMES", "Beyond", "Decision", "Effect", "Effects", "Nodes", "Plan", "Record", "Samples",
-    "calls_for", "decide_effects", "effect_rows", "grid", "including_effect", "likely_room", "make_plan", "pixel_of",
+    "calls_for", "decide_effects", "effect_rows", "grid", "idle", "including_effect", "likely_room", "make_plan", "pixel_of",
     "record", "replay", "sample_places", "tables_of", "trace", "trace_beside_small", "trace_left_out",
 ]  # fmt: skip

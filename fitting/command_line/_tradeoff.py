@@ -163,10 +163,11 @@ def with_camera(scene: Scene, name: str, camera: Camera) -> Scene:
 def check_free(scene: Scene, free: list[str] | None, start: dict[str, float]) -> None:
     """Raise `FitError` now rather than after the pictures for names that are none."""
     from diffwhitted import InputError
-    from fitting.problem._unknowns import free_coefficients, list_unknowns, start_values
+    from fitting.problem._free_names import free_parameters
+    from fitting.problem._unknowns import list_unknowns, start_values
 
     if free:
-        names, _ = free_coefficients(scene, free)
+        names, _ = free_parameters(scene, free)
         start_values(scene, list_unknowns(scene, names), start)
     elif start:
         raise InputError("--start without --free: there is no fit to begin; name coefficients with --free")
