@@ -221,7 +221,7 @@ def checked_values(scene: Scene, free: Sequence[str], start: Sequence[str], boun
     if truth is None:
         return given_start, given_bounds, None
     names, _ = free_parameters(scene, free)
-    return given_start, given_bounds, true_values(truth, list_unknowns(scene, names, given_bounds))
+    return given_start, given_bounds, true_values(truth, scene, list_unknowns(scene, names, given_bounds))
 
 
 def check_folder(folder: Path) -> None:

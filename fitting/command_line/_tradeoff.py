@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ._environment import set_up
-from ._options import CameraName, Height, ScenePath, Width, chosen_camera
+from ._options import CameraName, Height, ScenePath, Width, chosen_camera, with_camera
 from ._progress import Progress, say
 
 if TYPE_CHECKING:
@@ -151,13 +151,6 @@ def tradeoff(
         print(textwrap.fill(recommendation(fits), 80))
     if written:
         say(f"Page: {written[-1]}")
-
-
-def with_camera(scene: Scene, name: str, camera: Camera) -> Scene:
-    """The scene with another camera of that name."""
-    import equinox as eqx
-
-    return eqx.tree_at(lambda s: s.cameras[name], scene, camera)
 
 
 def check_free(scene: Scene, free: list[str] | None, start: dict[str, float]) -> None:
