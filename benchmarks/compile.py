@@ -10,10 +10,9 @@ import time
 from pathlib import Path
 
 import jax
-import jax.numpy as jnp
 
 import diffwhitted
-from diffwhitted.rendering._passes import trace_pass
+from diffwhitted.rendering._passes import lowered_pass
 from diffwhitted.tree import likely_room, make_plan
 
 from ._figures import Figure
@@ -58,7 +57,7 @@ def _measured_here(depth: str) -> dict:
     room = likely_room(camera)
     plan = make_plan(scene, camera, max_depth=int(depth), capacity=room)
     times = [time.perf_counter()]
-    lowered = trace_pass.lower(scene, camera, plan, jnp.int32(0), 1)
+    lowered = lowered_pass(scene, camera, plan)
     times.append(time.perf_counter())
     lowered.compile()
     times.append(time.perf_counter())

@@ -9,7 +9,7 @@ import numpy as np
 import diffwhitted
 from diffwhitted.accuracy._reference import rmse
 from diffwhitted.rendering._passes import record_passes, replay_passes
-from diffwhitted.scene import Coefficient
+from diffwhitted.scene import Row
 from diffwhitted.tree._effects import calls_for
 
 from ._figures import Figure
@@ -62,7 +62,7 @@ class Replay:
         return {name: diffwhitted.coefficient_value(self.scene, name) for name in names}
 
 
-def _needed(row: Coefficient) -> str:
+def _needed(row: Row) -> str:
     """The coefficient without which this one does nothing."""
     return {"phong_exponent": "k_h", "refractive_index": "k_t"}.get(row.name, row.name)
 

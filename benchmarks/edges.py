@@ -14,7 +14,7 @@ import numpy as np
 import diffwhitted
 import fitting
 from diffwhitted.accuracy._reference import rmse
-from diffwhitted.rendering._passes import record_passes, replay_passes, trace_pass
+from diffwhitted.rendering._passes import lowered_pass, record_passes, replay_passes
 from diffwhitted.tree import likely_room, make_plan
 from references.supersampled import INDEX, SCENES, area_true, changed, cosine, filtered, reference, relative, spheres
 
@@ -139,7 +139,7 @@ def _measured_here(what: str) -> dict:
     plan = make_plan(scene, camera, capacity=likely_room(camera), footprint=1)
     begun = time.perf_counter()
     if what == "picture":
-        lowered = trace_pass.lower(scene, camera, plan, jnp.int32(0), 1)
+        lowered = lowered_pass(scene, camera, plan)
     else:
         image = lambda v: diffwhitted.render(diffwhitted.replace_coefficient(scene, INDEX, v), camera, plan=plan)  # noqa: E731
         lowered = jax.jit(lambda v: jax.jvp(image, (v,), (jnp.ones_like(v),))).lower(jnp.asarray(1.5, scene.dtype))

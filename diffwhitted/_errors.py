@@ -8,7 +8,7 @@ _TURNING = {"LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI"}
 """Characters that turn the direction in which those after them are shown."""
 
 
-def is_plain(character: str) -> bool:
+def _is_plain(character: str) -> bool:
     """Does a terminal show the character, and do nothing else with it?"""
     return unicodedata.category(character) not in _UNPRINTABLE and unicodedata.bidirectional(character) not in _TURNING
 
@@ -19,7 +19,7 @@ def printable(text: str) -> str:
     Names of files and things may hold anything. Every message goes through here.
     """
     return "".join(
-        c if c in "\n\t" or is_plain(c) else c.encode("unicode_escape", "surrogatepass").decode() for c in text
+        c if c in "\n\t" or _is_plain(c) else c.encode("unicode_escape", "surrogatepass").decode() for c in text
     )
 
 

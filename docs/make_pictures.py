@@ -11,9 +11,9 @@ import jax
 import numpy as np
 
 import diffwhitted
+from fitting.comparing._error_plot import write_figure
 from fitting.comparing._tradeoff import sentences, tradeoff
 from fitting.comparing._tradeoff_plot import tradeoff_figure
-from fitting.telling._error_plot import write_figure
 from fitting.telling._maps_plot import write_maps
 
 EXAMPLES = Path("examples")

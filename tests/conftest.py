@@ -57,3 +57,18 @@ def _few_programs():
     if maps.exists() and maps.read_bytes().count(b"\n") > 25_000:
         eqx.clear_caches()
         jax.clear_caches()
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    """A folder with a scene, a start that is off, and a target, which is the current folder."""
+    from command_line_samples import SCENE, rendered
+
+    from diffwhitted import write_image
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "80")
+    (tmp_path / "scene.toml").write_text(SCENE)
+    (tmp_path / "start.toml").write_text(SCENE.replace("k_d = 0.5", "k_d = 0.2").replace("= 20", "= 60"))
+    write_image("target.exr", rendered("scene.toml"))
+    return tmp_path

@@ -4,6 +4,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+from diffwhitted._errors import printable
 from diffwhitted.image import ImageError
 
 LINEAR = ["a.exr", "a.hdr", "a.tif"]
@@ -42,5 +43,5 @@ def refusal(function, *arguments, **options):
         function(*arguments, **options)
     message = str(caught.value)
     assert "\n" not in message
-    assert message.startswith(f"{arguments[0]}: ")
+    assert message.startswith(printable(f"{arguments[0]}: "))
     return message

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from diffwhitted.numerics._coverage import Linear, coverage, is_cut, joint_coverage, ramp
-from diffwhitted.scene._square_wave import cell_mean, checker_mean, may_vary
+from diffwhitted.scene.textures._square_wave import cell_mean, checker_mean, may_vary
 
 FINE = 1001
 U, V = np.meshgrid((np.arange(FINE) + 0.5) / FINE - 0.5, (np.arange(FINE) + 0.5) / FINE - 0.5)

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import diffwhitted as dw
-from diffwhitted.rendering._passes import render_passes
-from diffwhitted.tree import EFFECT_NAMES, make_plan
+from diffwhitted.rendering._passes import _render_passes
+from diffwhitted.tree import EFFECT_NAMES, make_plan, tables_of
 
 SKY = (0.2, 0.4, 0.8)
 
@@ -98,7 +98,8 @@ OPERATIONS = {"highlight": ("exponential", "log-plus-one"), "textures": ("floor"
 
 @functools.cache
 def compiled(variant, plan=None):
-    return render_passes.lower(variant.scene, variant.camera, plan or variant.plan, 1).compile()
+    plan = plan or variant.plan
+    return _render_passes.lower(tables_of(variant.scene, plan), variant.camera, plan.program, 1).compile()
 
 
 def flops(program):
@@ -110,7 +111,8 @@ def operations(program, name):
 
 
 def picture(variant):
-    image, needed = compiled(variant)(variant.scene, variant.camera, variant.plan, 1)
+    plan = variant.plan
+    image, needed = compiled(variant)(tables_of(variant.scene, plan), variant.camera, plan.program, 1)
     assert needed <= variant.plan.capacity
     return np.asarray(image)
 
@@ -137,7 +139,7 @@ def test_a_bare_scene_needs_no_power_in_any_form():
 @pytest.mark.parametrize("effect", ["shadows", "textures"])
 def test_a_scene_that_does_not_call_for_it_costs_the_same_as_with_it_forced_off(effect):
     without, neutral = PAIRS[effect]
-    forced = dataclasses.replace(neutral.plan, effects=dataclasses.replace(neutral.plan.effects, **{effect: False}))
+    forced = dataclasses.replace(neutral.plan, effects=neutral.plan.effects.switched(**{effect: False}))
     assert flops(compiled(neutral, forced)) == flops(compiled(without))
 
 
@@ -145,7 +147,7 @@ def test_a_scene_that_does_not_call_for_it_costs_the_same_as_with_it_forced_off(
 def test_forcing_off_what_is_off_selects_the_same_program(effect):
     """The plan is the key of the compiled program: an equal plan is the same program."""
     plan = PAIRS[effect][0].plan
-    forced = dataclasses.replace(plan, effects=dataclasses.replace(plan.effects, **{effect: False}))
+    forced = dataclasses.replace(plan, effects=plan.effects.switched(**{effect: False}))
     assert forced == plan and hash(forced) == hash(plan)
 
 

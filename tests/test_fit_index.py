@@ -47,7 +47,7 @@ def test_the_index_is_found_from_povrays_picture_of_points(start):
     assert result[name].value == pytest.approx(1.33, abs=2e-3)
 
 
-def test_the_interval_covers_the_truth_in_95_of_100_noisy_targets():
+def test_intervals_cover_the_truth_of_24_noisy_targets():
     """24 targets that the renderer did not make, three standard deviations of the binomial distribution around 95 %.
 
     `benchmarks/edges.py` measures 200 of them.

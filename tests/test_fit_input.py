@@ -6,8 +6,8 @@ import pytest
 import fitting
 from diffwhitted import Camera, DirectionalLight, InputError, Material, Scene, Sphere, render
 from fitting import FitError, Target
-from fitting.problem._target import as_targets
 from fitting.problem._free_names import free_parameters
+from fitting.problem._target import as_targets
 from fitting.problem._unknowns import list_unknowns, start_values
 
 

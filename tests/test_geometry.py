@@ -12,19 +12,17 @@ import diffwhitted as dw
 from diffwhitted.geometry import (
     NOTHING,
     Departure,
-    Planes,
-    Polygons,
     Ray,
     Shapes,
-    Spheres,
     blocked,
     containing,
-    crossing_count,
+    crossing_counts,
     facing,
     nearest,
     surface_at,
 )
 from diffwhitted.numerics._vector import vec3
+from diffwhitted.shapes import Planes, Polygons, Spheres
 
 BOOK = json.loads((Path(__file__).parent / "oracles" / "ray_tracer_challenge.json").read_text())["geometry"]
 BOTH = ("float32", "float64")
@@ -65,18 +63,16 @@ def leaving(ray, object, inwards):
 @jax.jit
 def first_hit(shapes, ray, departure):
     """The nearest surface, and its hit record."""
-    distance, object, entering = nearest(shapes, ray, departure)
-    return distance, surface_at(shapes, ray, object, entering)
+    distance, primitive, crossing = nearest(shapes, ray, departure)
+    return distance, surface_at(shapes, ray, primitive, crossing)
 
 
 def crossings_ahead(family, ray):
     """All distances at which one ray crosses the shapes of a family, in order."""
-    each = Shapes(**{type(family).__name__.lower(): family})
     found = []
-    for _, count, members in each.families():
-        for i in range(count):
-            one = jax.tree.map(lambda a: a[i], members)  # noqa: B023
-            found += [float(d[0]) for d in one.crossings(ray, jnp.zeros(1, bool), jnp.zeros(1, bool))]
+    for i in range(family.count):
+        one = jax.tree.map(lambda a: a[i], family)  # noqa: B023
+        found += [float(d[0]) for d in one.crossings(ray, jnp.zeros(1, bool), jnp.zeros(1, bool))]
     return sorted(d for d in found if np.isfinite(d))
 
 
@@ -120,7 +116,7 @@ def test_triangle_of_the_book():
 def test_shadows_of_the_book():
     points = np.array([c["point"] for c in BOOK["shadow_default_world"]], float)
     way = np.array([-10, 10, -10]) - points
-    ray, shapes = rays(points, way), Shapes(spheres=spheres((0, 0, 0, 1), (0, 0, 0, 0.5)))
+    ray, shapes = rays(points, way), Shapes((spheres((0, 0, 0, 1), (0, 0, 0, 0.5)),))
     found = blocked(shapes, ray, in_free_space(ray), jnp.linalg.norm(way, axis=-1), (True, True))
     assert found.tolist() == [c["shadowed"] for c in BOOK["shadow_default_world"]]
 
@@ -133,7 +129,7 @@ def test_tiny_sphere_far_away(dtype):
     """Radius 1e-4 at distance 1e4: equation 14-58 keeps the normal, which the quadratic formula loses altogether."""
     radius, far, aside = 1e-4, 1e4, np.array([0.0, 0.3e-4, -0.9e-4, 0.999e-4, 1.001e-4])
     ray = rays(np.stack([aside, 0 * aside, 0 * aside], axis=1), (0, 0, -1), dtype)
-    distance, hit = first_hit(Shapes(spheres=spheres((0, 0, -far, radius), dtype=dtype)), ray, in_free_space(ray))
+    distance, hit = first_hit(Shapes((spheres((0, 0, -far, radius), dtype=dtype),)), ray, in_free_space(ray))
     assert hit.object.tolist() == [0, 0, 0, 0, -1]
     across = aside[:4] / radius
     height = np.sqrt(1 - across**2)
@@ -147,7 +143,7 @@ def test_tiny_sphere_far_away(dtype):
 
 @pytest.mark.parametrize("dtype", BOTH)
 def test_sphere_from_outside_and_from_inside(dtype):
-    shapes = Shapes(spheres=spheres((1, 2, 3, 2), dtype=dtype))
+    shapes = Shapes((spheres((1, 2, 3, 2), dtype=dtype),))
     ray = rays([(1, 2, 9), (1, 2, 3.5), (1, 3.2, 3)], [(0, 0, -1), (0, 0, -1), (0, 0, 1)], dtype)
     distance, hit = first_hit(shapes, ray, in_free_space(ray))
     np.testing.assert_allclose(distance, [4, 2.5, 1.6], rtol=1e-6)
@@ -170,7 +166,7 @@ def test_no_ray_meets_the_surface_it_leaves(dtype, scale):
     centre = np.array([3.0, -2.0, 5.0]) * scale
     ray = rays(centre + 0.7 * scale * normal, way, dtype)
     outwards = (normal * way).sum(axis=-1) > 0
-    shapes = Shapes(spheres=spheres((*centre, 0.7 * scale), dtype=dtype))
+    shapes = Shapes((spheres((*centre, 0.7 * scale), dtype=dtype),))
     distance, hit = first_hit(shapes, ray, leaving(ray, 0, ~outwards))
     assert hit.object.tolist() == np.where(outwards, NOTHING, 0).tolist()
     assert not hit.entering.any()
@@ -180,7 +176,7 @@ def test_no_ray_meets_the_surface_it_leaves(dtype, scale):
 
 
 def test_no_ray_meets_the_plane_or_polygon_it_leaves():
-    shapes = Shapes(planes=planes((0, 1, 0, -1)), polygons=polygons([(-1, 0, -1), (0, 0, 1), (1, 0, -1)]))
+    shapes = Shapes((planes((0, 1, 0, -1)), polygons([(-1, 0, -1), (0, 0, 1), (1, 0, -1)])))
     below = rays([(0.3, -1 + 1e-17, 0.2), (0.0, 1e-17, 0.0)], (0.1, -1, 0.1))
     on_plane, on_polygon = (jax.tree.map(lambda a: a[i : i + 1], below) for i in range(2))  # noqa: B023
     assert first_hit(shapes, on_plane, leaving(on_plane, 0, True))[1].object.tolist() == [NOTHING]
@@ -205,7 +201,7 @@ def test_concave_polygon(turn):
     def placed(x, y, z):
         return np.stack(np.broadcast_arrays(x, y, z), axis=-1)[..., np.argsort(turn)]
 
-    shapes = Shapes(polygons=polygons(placed(*np.array(ARROW, float).T, 0.5)))
+    shapes = Shapes((polygons(placed(*np.array(ARROW, float).T, 0.5)),))
     ray = rays(placed(across, up, 3.0), placed(0.0, 0.0, -1.0))
     distance, hit = first_hit(shapes, ray, in_free_space(ray))
     expected = inside_arrow(across, up)
@@ -220,7 +216,7 @@ def test_concave_polygon(turn):
 def test_polygon_from_behind_and_edge_on():
     square = polygons([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
     ray = rays([(0.5, 0.5, -2), (-1, 0.5, 0), (0.5, 0.5, 0)], [(0, 0, 1), (1, 0, 0), (0, 1, 0)])
-    distance, hit = first_hit(Shapes(polygons=square), ray, in_free_space(ray))
+    distance, hit = first_hit(Shapes((square,)), ray, in_free_space(ray))
     assert hit.object.tolist() == [0, NOTHING, NOTHING] and not hit.entering[0]
     assert distance[0] == 2 and hit.normal.stacked()[0].tolist() == [0, 0, -1]
     assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(hit))
@@ -232,8 +228,7 @@ def test_polygon_padded_by_its_last_vertex():
     random = np.random.default_rng(2).uniform(-0.5, 1.5, size=(200, 2))
     ray = rays(np.column_stack([random, np.ones(200)]), (0, 0, -1))
     short, long = (
-        first_hit(Shapes(polygons=polygons(p)), ray, in_free_space(ray))[1]
-        for p in (triangle, triangle + triangle[-1:] * 2)
+        first_hit(Shapes((polygons(p),)), ray, in_free_space(ray))[1] for p in (triangle, triangle + triangle[-1:] * 2)
     )
     assert (
         short.object.tolist()
@@ -248,7 +243,7 @@ def test_two_triangles_that_share_an_edge_leave_no_gap():
     halves = polygons([(0, 0, 0), (1, 0, 0), (1, 1, 0)], [(0, 0, 0), (1, 1, 0), (0, 1, 0)])
     along = np.arange(1, 32) / 32
     ray = rays(np.stack([along, along, 0 * along + 1], axis=1), (0, 0, -1))
-    count = crossing_count(Shapes(polygons=halves), ray, in_free_space(ray), jnp.inf, (True, True))
+    (count,) = crossing_counts(Shapes((halves,)), ray, in_free_space(ray), jnp.inf, jnp.asarray([0, 0]), 1)
     assert count.tolist() == [1] * 31
 
 
@@ -262,7 +257,7 @@ def test_search_over_many_equals_search_by_hand():
     origins, ways = random.uniform(-5, 5, size=(300, 3)), random.normal(size=(300, 3))
     ways /= np.linalg.norm(ways, axis=-1, keepdims=True)
     ray = rays(origins, ways)
-    distance, hit = first_hit(Shapes(spheres=spheres(*rows), planes=planes((0, 0, 1, -4))), ray, in_free_space(ray))
+    distance, hit = first_hit(Shapes((spheres(*rows), planes((0, 0, 1, -4)))), ray, in_free_space(ray))
 
     to_centre = rows[None, :, :3] - origins[:, None]
     b = (to_centre * ways[:, None]).sum(-1)
@@ -279,28 +274,34 @@ def test_search_over_many_equals_search_by_hand():
 
 
 def test_crossings_are_counted_up_to_the_limit_for_chosen_objects():
-    shapes = Shapes(spheres=spheres((0, 0, 2, 1), (0, 0, 6, 1)), planes=planes((0, 0, 1, 9)))
+    shapes = Shapes((spheres((0, 0, 2, 1), (0, 0, 6, 1)), planes((0, 0, 1, 9))))
     ray = rays([(0, 0, 0)] * 5, (0, 0, 1))
     limit = jnp.asarray([0.5, 2.0, 4.0, 6.0, jnp.inf])
-    assert crossing_count(shapes, ray, in_free_space(ray), limit, (True, True, True)).tolist() == [0, 1, 2, 3, 5]
-    assert crossing_count(shapes, ray, in_free_space(ray), limit, (False, True, False)).tolist() == [0, 0, 0, 1, 2]
-    assert blocked(shapes, ray, in_free_space(ray), limit, (False, True, False)).tolist() == [
-        False,
-        False,
-        False,
-        True,
-        True,
-    ]
+    free = in_free_space(ray)
+    (all_,) = crossing_counts(shapes, ray, free, limit, jnp.asarray([0, 0, 0]), 1)
+    others, second = crossing_counts(shapes, ray, free, limit, jnp.asarray([0, 1, -1]), 2)
+    assert all_.tolist() == [0, 1, 2, 3, 5]
+    assert others.tolist() == [0, 1, 2, 2, 2] and second.tolist() == [0, 0, 0, 1, 2]
+    blocks = jnp.asarray([False, True, False])
+    assert blocked(shapes, ray, free, limit, blocks).tolist() == [False, False, False, True, True]
+    assert blocked(shapes, ray, free, limit, None).tolist() == [False, True, True, True, True]
 
 
 def test_the_solid_around_a_point():
-    """Of nested solids the first one named that holds the point; a plane holds what its normal points away from."""
-    shapes = Shapes(spheres=spheres((0, 0, 0, 1), (0, 0, 0, 2)), planes=planes((0, 1, 0, 1.5)))
+    """Of nested solids the one of the lowest rank that holds the point; a plane holds what its normal points away from."""
+    shapes = Shapes((spheres((0, 0, 0, 1), (0, 0, 0, 2)), planes((0, 1, 0, 1.5))))
     point = vec3(jnp.asarray([(0, 0, 0), (0, 1.2, 0), (0, 1.9, 0), (0, 3, 0), (5, 0, 0), (0, 0.5, 0)], float))
     but = jnp.asarray([-1, -1, -1, -1, -1, 0])
-    assert containing(shapes, point, (0, 1, 2), but).tolist() == [0, 1, 1, -1, 2, 1]
-    assert containing(shapes, point, (2,), but).tolist() == [2, 2, -1, -1, 2, 2]
-    assert containing(shapes, point, (), but).tolist() == [-1] * 6
+    rank = jnp.asarray([0, 1, 2])
+
+    def around(spheres, planes):
+        asked = tuple(jnp.asarray(numbers, jnp.int32) for numbers in (spheres, planes))
+        return containing(shapes, point, asked, rank, but).tolist()
+
+    assert around([0, 1], [2]) == [0, 1, 1, -1, 2, 1]
+    assert around([1, 0, -1, -1], [2]) == [0, 1, 1, -1, 2, 1], "whatever their order, and with room to spare"
+    assert around([], [2]) == [2, 2, -1, -1, 2, 2]
+    assert around([], []) == [-1] * 6
 
 
 # Derivatives
@@ -309,12 +310,14 @@ def test_the_solid_around_a_point():
 def distances(parameters):
     """Hit distances on a sphere (from outside and inside), a plane and a triangle, as a function of everything."""
     shapes = Shapes(
-        Spheres(vec3(parameters["centre"]), parameters["radius"]),
-        Planes(vec3(parameters["normal"]), parameters["offset"]),
-        Polygons(vec3(parameters["vertices"])),
+        (
+            Spheres(vec3(parameters["centre"]), parameters["radius"]),
+            Planes(vec3(parameters["normal"]), parameters["offset"]),
+            Polygons(vec3(parameters["vertices"])),
+        )
     )
     ray = Ray(vec3(parameters["origin"]), vec3(parameters["direction"]))
-    hit = surface_at(shapes, ray, jnp.asarray([0, 0, 1, 2, NOTHING]), jnp.asarray([True, False, True, True, False]))
+    hit = surface_at(shapes, ray, jnp.asarray([0, 0, 1, 2, NOTHING]), jnp.asarray([0, 1, 0, 0, 0]))
     return hit.distance, hit.point.stacked(), hit.normal.stacked()
 
 
@@ -349,11 +352,11 @@ def test_derivative_of_the_hit_against_central_differences(name):
 
 def test_a_miss_has_no_derivative():
     """Object -1: distance 0, normal zero, and derivatives of exactly zero in every shape."""
-    shapes = Shapes(spheres((0, 0, 0, 1)), planes((0, 1, 0, 0)), polygons([(0, 0, 0), (1, 0, 0), (0, 1, 0)]))
+    shapes = Shapes((spheres((0, 0, 0, 1)), planes((0, 1, 0, 0)), polygons([(0, 0, 0), (1, 0, 0), (0, 1, 0)])))
     ray = rays((0, 5, 0), (1, 0, 0))
 
     def length_and_normal(shapes):
-        hit = surface_at(shapes, ray, jnp.asarray([NOTHING]), jnp.asarray([False]))
+        hit = surface_at(shapes, ray, jnp.asarray([NOTHING]), jnp.asarray([0]))
         return hit.distance[0] + hit.normal.stacked().sum()
 
     assert length_and_normal(shapes) == 0
@@ -365,9 +368,9 @@ def test_derivatives_on_a_silhouette_and_along_a_plane_are_finite(mode):
     """Tangent to the sphere and parallel to the plane, where the derivative has no limit."""
 
     def distance(origin):
-        shapes = Shapes(spheres((0, 0, 0, 1)), planes((0, 1, 0, 0)))
+        shapes = Shapes((spheres((0, 0, 0, 1)), planes((0, 1, 0, 0))))
         ray = Ray(vec3(jnp.stack([origin, origin])), vec3(jnp.asarray([[1.0, 0.0, 0.0]] * 2)))
-        return surface_at(shapes, ray, jnp.asarray([0, 1]), jnp.asarray([True, True])).distance
+        return surface_at(shapes, ray, jnp.asarray([0, 1]), jnp.asarray([0, 0])).distance
 
     assert distance(jnp.asarray([-3.0, 1.0, 0.0])).tolist() == [3, 0]
     assert mode(distance)(jnp.asarray([-3.0, 1.0, 0.0])).tolist() == [[-1, 0, 0], [0, 0, 0]]

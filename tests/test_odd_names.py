@@ -3,17 +3,23 @@
 import os
 import signal
 import socket
+import sys
+import types
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 import diffwhitted as dw
 from diffwhitted._errors import printable
 from diffwhitted.image import ImageError, read_image, read_mask, write_image
+from fitting._result import FittedCoefficient
 from fitting.command_line import main
 from fitting.command_line._accuracy import _read
+from fitting.command_line._explain import print_explanation
 from fitting.command_line._named_values import true_values
 from fitting.telling._outputs import OutputError, write_together, write_whole
+from fitting.telling._tables import coefficient_table
 
 RED = "\x1b[31m"
 
@@ -104,15 +110,18 @@ def test_names_of_files_reach_the_terminal_written_out(tmp_path, capfd):
     assert r"no\x1b[31msuch.toml: there is no such file" in err and r"\x1b[31m.exr" in out
 
 
-@pytest.mark.parametrize("table", ["object", "material", "camera", "texture"])
-def test_a_name_with_a_control_character_is_refused(table):
-    def name(of):
-        return f"{RED}x" if of == table else "x"
-
-    with pytest.raises(dw.SceneError, match=rf"{table} '\\x1b\[31mx': its name holds a control character"):
-        dw.Scene(
-            objects=[dw.Sphere(name("object"), (0, 0, 0), 1, name("material"))],
-            materials={name("material"): dw.Material()},
-            cameras={name("camera"): dw.Camera((0, 0, 4), (0, 0, 0), 40, 4, 3)},
-            textures={name("texture"): dw.Checker(((0, 0, 0), (1, 1, 1)))},
-        )
+def test_names_of_materials_reach_the_terminal_written_out(capsys):
+    """The table and the sentences of a fit, and the reasons of `explain`."""
+    name, channel = f"{RED}glass", FittedCoefficient
+    fitted = channel(f"{name}.k_d", "k_d", 0.1, 0.5, None, None, False, True, (f"{name}.k_a",), False, (0.0, 1.0), "1")
+    with_names = types.SimpleNamespace(coefficients=(fitted,), rank=0)
+    Console(file=sys.stdout, width=80).print(coefficient_table(with_names))
+    scene = dw.Scene(
+        objects=[dw.Sphere(name, (0, 0, 0), 1, "m")],
+        materials={"m": dw.Material(k_a=0.5)},
+        cameras={"main": dw.Camera((0, 0, 4), (0, 0, 0), 40, 4, 3)},
+    )
+    print_explanation(dw.explain(scene, scene.cameras["main"], measure=False), f"{RED}.toml, camera main")
+    written = capsys.readouterr().out
+    assert "\x1b" not in written and r"\x1b[31mglass.k_d" in written and r"object '\x1b[31mglass'" in written
+    assert r"\x1b[31m.toml" in written

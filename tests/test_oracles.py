@@ -159,8 +159,8 @@ def test_point_where_the_refracted_ray_meets_the_outer_sphere():
     ray = Ray(vec3(jnp.asarray([case["ray"]["origin"]], float)), vec3(jnp.asarray([case["ray"]["direction"]], float)))
 
     def follow(ray, departure):
-        _, object, entering = nearest(shapes, ray, departure)
-        return surface_at(shapes, ray, object, entering)
+        _, primitive, crossing = nearest(shapes, ray, departure)
+        return surface_at(shapes, ray, primitive, crossing)
 
     leaves = follow(ray, Departure(jnp.asarray([-1]), jnp.asarray([False])))
     assert names[int(leaves.object[0])] == case["hit_object"] and float(leaves.distance[0]) == pytest.approx(
@@ -186,14 +186,14 @@ def test_indices_on_both_sides(crossing):
         materials={o["id"]: dw.Material(k_t=1, refractive_index=o["refractive_index"]) for o in table["objects"]},
         precision="float64",
     )
-    shapes, names = tabulate(scene).shapes, [o.name for o in numbered_objects(scene)]
+    tables, names = tabulate(scene), [o.name for o in numbered_objects(scene)]
     plan = make_plan(scene, dw.Camera((0, 0, -4), (0, 0, 0), 20, 1, 1))
     assert plan.effects.nested_media
 
     origin, direction = np.asarray(table["ray"]["origin"], float), np.asarray(table["ray"]["direction"], float)
     point = vec3(jnp.asarray(origin + crossing["t"] * direction)[None])
     object = jnp.asarray([names.index(crossing["object"])])
-    around = int(containing(shapes, point, plan.solids, but=object)[0])
+    around = int(containing(tables.shapes, point, tables.marks.solids, tables.rank, but=object)[0])
     inside, outside = (
         1.0 if i < 0 else float(scene.materials[names[i]].refractive_index) for i in (int(object[0]), around)
     )

@@ -329,9 +329,12 @@ def test_what_is_no_readable_file(tmp_path, monkeypatch):
         load_scene("scene.toml")
 
 
-def test_an_endless_file_is_refused(monkeypatch):
-    monkeypatch.setattr("diffwhitted.formats._toml.LARGEST_FILE", 2**20)
+def test_a_huge_file_and_an_endless_one_are_refused(monkeypatch, tmp_path):
+    monkeypatch.setattr("diffwhitted.formats.toml._reading.LARGEST_FILE", 2**20)
+    (tmp_path / "huge.toml").write_bytes(bytes(2**20 + 1))
     with pytest.raises(SceneError, match="more than 1 MiB"):
+        load_scene(tmp_path / "huge.toml")
+    with pytest.raises(SceneError, match="a device"):
         load_scene("/dev/zero")
 
 
@@ -353,7 +356,7 @@ def test_no_odd_value_ends_in_anything_but_a_scene_or_its_error(data):
     where[key] = data.draw(ODD)
     try:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("diffwhitted.formats._toml._document", lambda text, source: document)
+            patch.setattr("diffwhitted.formats.toml._reading._document", lambda text, source: document)
             parse_scene("")
     except SceneError as error:
         assert str(error).startswith("scene: ")

@@ -1,6 +1,8 @@
 """From coarse to fine: what the first stages of a fit look at, and that its end is that of a fit without them."""
 
 import functools
+import itertools
+from collections import Counter
 from dataclasses import replace
 
 import equinox as eqx
@@ -10,6 +12,7 @@ import pytest
 
 import diffwhitted as dw
 import fitting
+from diffwhitted.scene import marks_of
 from diffwhitted.tree import likely_room, make_plan
 from fitting.judging._rest import off_bound
 from fitting.problem import _views
@@ -41,7 +44,9 @@ def view(passes, random, footprint=0):
     camera = scene.cameras["main"]
     plan = make_plan(scene, camera, capacity=likely_room(camera), footprint=footprint, pass_of=-(-48 * 36 // passes))
     weight = random.uniform(0, 1, (36, 48)) * (random.uniform(size=(36, 48)) < 0.8)
-    return view_of(camera, random.uniform(size=(36, 48, 3)), weight, jnp.full((1, 1, 2), 0.5), 1.0, plan)
+    return view_of(
+        "main", random.uniform(size=(36, 48, 3)), weight, jnp.full((1, 1, 2), 0.5), 1.0, plan.program, marks_of(scene)
+    )
 
 
 def test_some_passes_weigh_as_much_as_all():
@@ -63,7 +68,10 @@ def test_some_passes_weigh_as_much_as_all():
     }
     for (column, row), weight in weights.items():
         assert weight == pytest.approx(2 * whole.weight[row, column], rel=1e-6)
-    assert {column % 16 for column, _ in places} and max(row for _, row in places) == 35
+    # 6 x 6 tiles of the picture, each with as many.
+    assert Counter((int(column) // 8, int(row) // 6) for column, row in places) == {
+        tile: 12 for tile in itertools.product(range(6), repeat=2)
+    }
 
 
 def test_squares_have_the_mean_of_their_pixels():

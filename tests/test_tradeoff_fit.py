@@ -170,4 +170,4 @@ def test_the_recommendation_is_the_cheapest_that_is_nearly_as_good_as_the_best(s
     lost = measured((own, "not_converged", 0.1, 0.03), points[2])
     assert recommendation(lost).endswith("errs by 0.1 of the bounds (m.k_d), and says itself that it is not converged.")
     assert recommendation(measured(points[0])).endswith("; these are the defaults of fit.")
-    assert "none here converged" in recommendation(measured(points[1]))
+    assert "none converged" in recommendation(measured(points[1]))

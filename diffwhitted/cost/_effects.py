@@ -10,7 +10,7 @@ from ..rendering._passes import trace_samples
 from ..scene import Camera, Scene
 from ..tree import Plan, effect_rows, tables_of
 from ._programs import Program, compiled, share_without, timed
-from ._work import Work, work_programs
+from ._work import Work, work_of, work_programs
 
 
 @dataclass(frozen=True)
@@ -67,13 +67,8 @@ def picture_cost(
         )
         for name, less in seconds.items()
     }
-    overhead, shading = float(np.median(walk / whole)), share_without(whole, search)[0]
     return PictureCost(
-        float(np.median(whole)),
-        pictures[""].seconds_compile,
-        rays[""],
-        effects,
-        Work(overhead, 1 - overhead - shading, shading),
+        float(np.median(whole)), pictures[""].seconds_compile, rays[""], effects, work_of(whole, search, walk)
     )
 
 

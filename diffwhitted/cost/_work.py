@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from ..scene import Camera, Scene
 from ..tree import Plan, grid, record, replay, sample_places, tables_of
@@ -23,6 +24,15 @@ class Work:
     """To search for the surface that each ray meets, and for what stands between points and lights."""
     shading: float
     """To compute and to add up the light."""
+
+
+def work_of(whole: np.ndarray, search: np.ndarray, walk: np.ndarray) -> Work:
+    """The parts, from the seconds (rounds,) of the picture, of its search and of its way along known rays.
+
+    The search walks too; what the picture takes beyond it is shading. Medians over the rounds.
+    """
+    overhead, shading = float(np.median(walk / whole)), 1 - float(np.median(search / whole))
+    return Work(overhead, 1 - overhead - shading, shading)
 
 
 def work_programs(scene: Scene, camera: Camera, plan: Plan) -> dict[str, Program]:

@@ -26,6 +26,8 @@ def changed(record: R, **new) -> R:
 def stacked(values: Sequence) -> Float[Array, "members ..."]:
     """Arrays of one shape as one array: on the host where all are concrete, with the traced ones put in where some are."""
     traced = [i for i, value in enumerate(values) if is_traced(value)]
+    if not values:
+        return jnp.zeros(0)
     if len(traced) == len(values):
         return jnp.stack(values)
     blank = next(value for value in values if not is_traced(value))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from math import inf, isfinite
 from typing import Any, Final, Literal
 
-import jax.numpy as jnp
+import numpy as np
 
 from ._checks import number_array, require
 from ._scale import SCALES, Scale, ScaleName
@@ -126,7 +126,7 @@ class Row:
         array = number_array(value, place, self.name, shapes)
         if self.allowed():
             require(self.holds, place, self.name, array, self.allowed())
-        return jnp.broadcast_to(array, (3,)) if self.kind == "colour" else array
+        return array if self.kind != "colour" or array.shape else array * np.ones(3, array.dtype)
 
 
 def rows_of(record) -> dict[str, Row]:

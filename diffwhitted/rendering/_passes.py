@@ -34,6 +34,11 @@ trace_pass = eqx.filter_jit(trace_samples)
 """The same as one compiled program; its plan is without names (see `Plan.program`)."""
 
 
+def lowered_pass(scene: Scene, camera: Camera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):
+    """The program of `traced_passes`, lowered: to be compiled ahead of the first pass, or looked at."""
+    return trace_pass.lower(tables_of(scene, plan), camera, plan.program, jnp.int32(0), samples, beyond)
+
+
 def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
     """The image (height, width, 3), differentiable, and the most rays other than camera rays that one pass needs."""
     return _render_passes(tables_of(scene, plan), camera, plan.program, samples)

@@ -6,9 +6,10 @@ from typing import Literal, get_args
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from .._errors import SceneError, is_plain
+from .._errors import SceneError
 from ..records import changed, nearest_name, number_array, require
 from ..shapes import OBJECTS, AbstractObject
 from ._camera import Camera
@@ -74,7 +75,7 @@ class Scene(eqx.Module):
             for records in (materials, cameras, textures)
         )
         self.background = cast(background or ConstantBackground((0.0, 0.0, 0.0)))
-        self.ambient = cast(jnp.broadcast_to(number_array(ambient, "scene", "ambient", ((), (3,))), (3,)))
+        self.ambient = cast(number_array(ambient, "scene", "ambient", ((), (3,))) * np.ones(3))
         require(lambda a: (a >= 0).all(), "scene", "ambient", self.ambient, ">= 0")
         self.cutoff = cast(_cutoff(cutoff))
         self.max_depth, self.shadows, self.footprint = max_depth, shadows, footprint
@@ -119,16 +120,6 @@ class Scene(eqx.Module):
         for light in self.lights:
             if "." in light.name:
                 raise SceneError(f"light {light.name!r}: allowed is a name without a dot, so that its numbers have names")
-        for kind, names in (
-            ("object", (thing.name for thing in self.objects)),
-            ("light", (light.name for light in self.lights)),
-            ("material", self.materials),
-            ("texture", self.textures),
-            ("camera", self.cameras),
-        ):
-            for name in names:
-                if not all(map(is_plain, name)):
-                    raise SceneError(f"{kind} {name!r}: its name holds a control character; use characters that show")
         seen = set()
         for thing in self.objects:
             if thing.name in seen:

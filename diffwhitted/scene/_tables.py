@@ -8,6 +8,7 @@ the order of the registry, materials and textures by name.
 from collections.abc import Collection
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
@@ -102,7 +103,9 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
     # Number the materials, and order the objects by size.
     index_of = {name: number for number, name in enumerate(names)}
     material_of = np.asarray([index_of[thing.material] for thing in objects], np.int32)
-    place_in_glass = jnp.full(len(names) + 1, -1, jnp.int32).at[marks.glass].set(jnp.arange(marks.glass.shape[0], dtype=jnp.int32))
+    place_in_glass = (
+        jnp.full(len(names) + 1, -1, jnp.int32).at[marks.glass].set(jnp.arange(marks.glass.shape[0], dtype=jnp.int32))
+    )
     place_in_glass = place_in_glass.at[-1].set(-1)
     return Tables(
         shapes=Shapes(tuple(_families(objects))),
@@ -112,9 +115,9 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         texture_of=texture_of,
         textures=textures,
         lights=grouped(scene.lights)[0],
-        background=scene.background,
-        ambient=vec3(scene.ambient),
-        cutoff=scene.cutoff,
+        background=jax.tree.map(jnp.asarray, scene.background),
+        ambient=vec3(jnp.asarray(scene.ambient)),
+        cutoff=jnp.asarray(scene.cutoff),
         mirrors=marks.wanted["k_s"] | _some(table["k_s"]),
         transparent=marks.wanted["k_t"] | _some(table["k_t"]),
         glass_of=place_in_glass[material_of],

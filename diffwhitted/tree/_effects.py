@@ -240,7 +240,7 @@ class Effects:
     def switched(self, **effects: bool) -> "Effects":
         """The same with some effects on or off."""
         chosen = {name for name, on in effects.items() if on}
-        return Effects((self.on - effects.keys()) | chosen)
+        return Effects(frozenset((self.on - effects.keys()) | chosen))
 
     def without(self, name: str) -> "Effects":
         """The same without one effect, and without those that cannot do without it."""

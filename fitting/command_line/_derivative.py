@@ -14,7 +14,7 @@ from ._progress import say
 if TYPE_CHECKING:
     import numpy as np
 
-    from diffwhitted import Camera, Derivative, Scene
+    from diffwhitted import Derivative, Scene
     from fitting.problem._unknowns import Unknown
 
 Of = Annotated[

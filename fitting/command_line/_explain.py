@@ -161,7 +161,7 @@ def _effect_table(explanation: Explanation) -> Table:
 
     table = plain_table("effect", "", "why")
     for effect in explanation.effects:
-        table.add_row(_words(effect.name), "on" if effect.on else "off", Text(effect.why))
+        table.add_row(_words(effect.name), "on" if effect.on else "off", Text(safe(effect.why)))
     return table
 
 

@@ -248,5 +248,5 @@ def print_result(result: FitResult, truth: Mapping[str, float] | None, written: 
     console.print(coefficient_table(result, truth, console.width))
     console.print()
     for line in summary_lines(result):
-        console.print(line, markup=False)
+        console.print(safe(line), markup=False)
     console.print(safe(f"Report: {written[-1]}"), markup=False, soft_wrap=True)

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diffwhitted import InputError, SceneError, coefficient_value, load_scene
+from diffwhitted import InputError, SceneError, load_scene
 from diffwhitted._files import not_a_file
-from fitting.problem._unknowns import CHANNELS, Unknown
+from fitting.problem._freedoms import read
+from fitting.problem._unknowns import Unknown
 
 if TYPE_CHECKING:
     from diffwhitted import Scene

@@ -159,7 +159,7 @@ def rendered(scene: Scene, camera: Camera, depth: int | None, samples: int, foot
     import jax
     import numpy as np
 
-    from diffwhitted.rendering._passes import trace_pass, traced_passes
+    from diffwhitted.rendering._passes import lowered_pass, traced_passes
     from diffwhitted.rendering._radiance_bound import most_beyond
     from diffwhitted.tree import likely_room, make_plan
 
@@ -167,7 +167,7 @@ def rendered(scene: Scene, camera: Camera, depth: int | None, samples: int, foot
     beyond, compiling = most_beyond(scene, camera, plan) if plan.effects.cutoff else None, 0.0
     while True:
         begun = time.perf_counter()
-        trace_pass.lower(scene, camera, plan, np.int32(0), samples, beyond).compile()
+        lowered_pass(scene, camera, plan, samples, beyond).compile()
         compiling += time.perf_counter() - begun
         begun = time.perf_counter()
         pixels, descendants = jax.block_until_ready(traced_passes(scene, camera, plan, samples, beyond))

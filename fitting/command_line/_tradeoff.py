@@ -10,12 +10,12 @@ import typer
 
 from ._environment import set_up
 from ._options import CameraName, Height, ScenePath, Width, chosen_camera, with_camera
-from ._progress import Progress, say
+from ._progress import Progress, safe, say
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from diffwhitted import Camera, Scene
+    from diffwhitted import Scene
     from fitting.comparing._tradeoff import Point, Tradeoff
     from fitting.comparing._tradeoff_fit import FitPoint, FitTradeoff
 
@@ -85,15 +85,14 @@ def tradeoff(
       diffwhitted tradeoff scene.toml --width 160 --free "glass.k_*" --free mirror.k_s --out accuracy
 
     Every knob is swept, alone and in the combinations that may be useful; errors are against a reference of far more
-    rays, which is stated with its own convergence. "Left out, at most" is a certain bound: no channel of a pixel
-    would be brighter by more if depth and cutoff ended no branch of its samples. Takes a minute or so at 320 x 240,
-    more for larger pictures.
+    rays, which is stated with its own convergence. "Left out, at most" is a certain bound: no channel of a pixel would be brighter by
+    more if depth and cutoff ended no branch of its samples. Takes a minute or so at 320 x 240, more for larger pictures.
 
-    With --free the scene's own coefficients are the truth: fits look for them in the reference picture, from the
-    middle of their bounds, with each depth, cutoff, number of samples and footprint. Their errors come from what
-    those settings show falsely. Every setting compiles a program of its own, so the first time takes some minutes
-    more. The other commands render with what is found by --depth, --cutoff, --samples and --footprint, or find it for
-    themselves by render --tolerance.
+    With --free the scene's own coefficients are the truth: fits look for them in the reference picture, from the middle of their
+    bounds, with each depth, cutoff, number of samples and footprint. Their errors come from what those settings show falsely. Every
+    setting compiles a program of its own, so the first time takes some minutes more. The other
+    commands render with what is found by --depth, --cutoff, --samples and --footprint, or find it for themselves by render
+    --tolerance.
     """
     set_up("float64")
     with Progress("reading", quiet=quiet) as progress:
@@ -143,12 +142,12 @@ def tradeoff(
     print_tradeoff(found, about)
     print()
     for sentence in sentences(found):
-        print(textwrap.fill(sentence, 80))
+        say(textwrap.fill(sentence, 80))
     if fits is not None:
         print()
         print_fits(fits)
         print()
-        print(textwrap.fill(recommendation(fits), 80))
+        say(textwrap.fill(recommendation(fits), 80))
     if written:
         say(f"Page: {written[-1]}")
 
@@ -210,10 +209,9 @@ def print_fits(found: FitTradeoff) -> None:
 
     from ._explain import plain_table
 
-    print(
+    say(
         textwrap.fill(
-            f"Fits of {', '.join(found.start)}; medians of {found.rounds} runs, {found.seconds_compile:.0f} s of "
-            "compiling",
+            f"Fits of {', '.join(found.start)}; medians of {found.rounds} runs, {found.seconds_compile:.0f} s of compiling",
             80,
         )
     )
@@ -223,16 +221,13 @@ def print_fits(found: FitTradeoff) -> None:
     shown = _shown_fits(found)
     for p in shown:
         mark = ">" if p is found.recommended else ""
-        figures = str(p.steps), f"{p.largest:.2g}", p.worst.name, f"{p.covered} of {len(p.coefficients)}"
+        figures = str(p.steps), f"{p.largest:.2g}", safe(p.worst.name), f"{p.covered} of {len(p.coefficients)}"
         table.add_row(mark, str(p.settings), seconds_text(p.seconds), *figures)
     console = Console(highlight=False)
     console.print("", table, sep="\n")
     if hidden := len(found.points) - len(shown):
-        text = (
-            f"{hidden} more fits were measured: beaten by one of these, better by less than a fifth, or "
-            "without an answer."
-        )
-        print("\n" + textwrap.fill(text, 80))
+        text = f"{hidden} more fits were measured: beaten by one of these, better by less than a fifth, or without an answer."
+        say("\n" + textwrap.fill(text, 80))
 
 
 def _shown_fits(found: FitTradeoff) -> list[FitPoint]:

@@ -17,8 +17,8 @@ from .._errors import FitError
 from .._fit import fit
 from .._result import FitResult, FittedCoefficient
 from ..problem._bounds import Bounds
-from ..problem._target import Target
 from ..problem._free_names import free_parameters, whole_names
+from ..problem._target import Target
 from ..problem._unknowns import Unknown, list_unknowns, start_values, values_in
 from ._fit_knobs import COMBINATIONS, FIT_KNOBS, FitKnob, FitSettings
 from ._tradeoff import COMBINATION, OnWork, seconds_text
@@ -40,9 +40,7 @@ class CoefficientError:
     of_bounds: float
     """Share of the width of its bounds, in the scale in which the fit looks for it: the logarithm for an exponent."""
     of_interval: float | None
-    """Share of the way from the value to the end of its 95 % interval on the side of the truth: the interval holds
-    the truth up to 1. None where there is no interval.
-    """
+    """Distance of the truth from the value, 1 at the end of the 95 % interval on its side; None without one."""
 
 
 @dataclass(frozen=True)
@@ -286,10 +284,7 @@ def recommendation(found: FitTradeoff) -> str:
     """One sentence: the settings to fit with, and what the defaults give."""
     chosen = found.recommended
     if chosen is None:
-        return (
-            "For a fit: none here converged with every coefficient determined; free fewer coefficients, or "
-            "choose a view that shows them."
-        )
+        return "For a fit: none converged with every coefficient determined; free fewer, or show them in another view."
     text = f"For a fit: {chosen.settings}: {seconds_text(chosen.seconds)}, largest error {_largest(chosen)}"
     if chosen.settings == found.default:
         return f"{text}; these are the defaults of fit."

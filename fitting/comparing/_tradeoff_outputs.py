@@ -12,8 +12,8 @@ from pathlib import Path
 from diffwhitted import KNOBS
 
 from ..telling._drawing import PAGE_INKS, page_svg
-from ..telling._error_plot import write_figure
 from ..telling._outputs import write_together
+from ._error_plot import write_figure
 from ._tradeoff import Tradeoff, bound_text, bound_value, seconds_text, sentences
 from ._tradeoff_fit import FitTradeoff, recommendation
 from ._tradeoff_plot import fit_figure, tradeoff_figure

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from diffwhitted import KNOBS
 
-from ..telling._error_plot import Mark, Words, error_figure
+from ._error_plot import Mark, Words, error_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -40,7 +40,7 @@ def free_parameters(
     chosen: dict[Parameter, set[str]] = {}
     plain: set[Parameter] = set()
     for pattern in patterns:
-        matches, is_plain = _matches(scene, there, pattern)
+        matches, is_plain = match_parameters(scene, there, pattern)
         for parameter, component in matches:
             chosen.setdefault(parameter, set()).add(component)
         plain |= {parameter for parameter, _ in matches} if is_plain else set()
@@ -98,7 +98,9 @@ def _named(scene: Scene, parameter: Parameter, components: set[str]) -> list[str
     return [f"{parameter.name}.{component}" for component in order if component in components]
 
 
-def _matches(scene: Scene, there: Sequence[Parameter], pattern: str) -> tuple[list[tuple[Parameter, str]], bool]:
+def match_parameters(
+    scene: Scene, there: Sequence[Parameter], pattern: str
+) -> tuple[list[tuple[Parameter, str]], bool]:
     """The parameters (with a component, or none) that a pattern names, and whether it is the plain name of one."""
     family = pattern.partition(".")[0]
     mine = [p for p in there if p.family == family] if family in (*FAMILIES, *WITHOUT_NAME) else []

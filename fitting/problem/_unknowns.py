@@ -110,7 +110,7 @@ def values_in(scene: Scene, unknowns: Sequence[Unknown], other: Scene) -> np.nda
     return np.asarray([held[u.parameter][u.part] for u in unknowns], np.float64)
 
 
-def insert(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array, "p"]) -> Scene:
+def insert(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array | np.ndarray, "p"]) -> Scene:
     """The scene with the values of the unknowns; differentiable."""
     new = scene
     for parameter in dict.fromkeys(u.parameter for u in unknowns):

@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from diffwhitted._errors import printable
+
 from .._result import FitResult, FitStage, FittedCoefficient
 from ._layout import column_widths, folded
 
@@ -174,6 +176,7 @@ def coefficient_table(result: FitResult, truth: Mapping[str, float] | None = Non
     from rich.text import Text
 
     columns, notes = _columns(result, truth)
+    columns = {header: list(map(printable, cells)) for header, cells in columns.items()}
     columns, widths = _laid_out(columns, width)
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
     for (header, _), column_width in zip(columns.items(), widths or [None] * len(columns), strict=True):
@@ -181,7 +184,7 @@ def coefficient_table(result: FitResult, truth: Mapping[str, float] | None = Non
         table.add_column(header, justify="left" if left else "right", width=column_width, overflow="fold")
     for cells in zip(*columns.values(), strict=True):
         table.add_row(*map(Text, cells))
-    return Group(table, Text("\n".join(notes))) if notes else Group(table)
+    return Group(table, Text(printable("\n".join(notes)))) if notes else Group(table)
 
 
 def _columns(result: FitResult, truth: Mapping[str, float] | None) -> tuple[dict[str, list[str]], list[str]]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..comparing._tradeoff import COMBINATION, steps_that_count, tolerance_text
+from ._tradeoff import COMBINATION, steps_that_count, tolerance_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
