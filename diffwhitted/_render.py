@@ -12,8 +12,9 @@ from ._errors import CapacityError, SceneError
 from .accuracy import choose
 from .rendering._antialias import antialias as adaptive
 from .rendering._passes import recorded_with_room, render_passes, traced_passes, traced_with_room
+from .rendering._unforeseen import poisoned, unforeseen
 from .scene import Camera, Scene, depth_number, find_parameter, is_traced, whole_number
-from .tree import Plan, likely_room, make_plan
+from .tree import Plan, likely_room, make_plan, unmeasured_plan
 
 
 def render(
@@ -40,10 +41,11 @@ def render(
     coefficients that move no ray. For those that do, such as a refractive index, they see the motion of edges only
     with a footprint.
 
-    Without a `plan` one is made for this call. Inside `jit` (or where values are traced) it must assume the
-    worst, so pass `plan=diffwhitted.plan(scene, camera)` there. Raises `SceneError` for a plan that does not
-    fit the scene and camera (not seen where they are traced), and `CapacityError` where its room for rays is
-    too small; no ray is dropped in silence.
+    Without a `plan` one is made for this call. Inside `jit` (or where values are traced) it has every effect that a
+    traced number may call for; `plan=diffwhitted.plan(scene, camera)` leaves out what the scene does not. Raises
+    `SceneError` for a plan that does not fit the scene and camera, and `CapacityError` where its room for rays is too
+    small; no ray is dropped in silence. Where values are traced nobody can be told: numbers that call for more than
+    the plan has make the whole picture and all its derivatives NaN, and a pass with too little room goes in parts.
     """
     if tolerance is not None:
         if (
@@ -83,17 +85,19 @@ def render(
         return jnp.asarray(adaptive(scene, camera, antialias, max_depth=max_depth).image)
     if plan is not None:
         _check(plan, scene, camera, traced)
+    elif traced:
+        plan = unmeasured_plan(scene, camera, max_depth=max_depth, footprint=footprint)
     else:
-        room = None if traced else likely_room(camera)
-        plan = make_plan(scene, camera, max_depth=max_depth, capacity=room, footprint=footprint)
+        plan = make_plan(scene, camera, max_depth=max_depth, capacity=likely_room(camera), footprint=footprint)
     if samples > 1 and plan.footprint:
         raise SceneError(
             f"samples = {samples} with footprint = {plan.footprint}; allowed is one of the two: footprint = k traces "
             "k x k trees a pixel, footprint = 0 with samples = n traces n x n points"
         )
     if traced:
-        image, needed = render_passes(scene, camera, plan, samples)
-        return eqx.error_if(image, needed > plan.capacity, _too_small(plan))
+        image, lost = render_passes(scene, camera, plan, samples)
+        wrong = lost | unforeseen(scene, plan) if given else lost
+        return poisoned(image, eqx.filter((scene, camera), eqx.is_inexact_array), wrong)
     if not given:
         return traced_with_room(scene, camera, plan, samples)[0]
     image, descendants = traced_passes(scene, camera, plan, samples)

@@ -3,11 +3,12 @@
 import time
 from collections.abc import Callable, Mapping, Sequence
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.stats import qmc
 
-from diffwhitted.scene import Scene, depth_number, marks_of, whole_number
+from diffwhitted.scene import Scene, depth_number, is_traced, marks_of, whole_number
 from diffwhitted.tree import decide_effects, likely_room, make_plan, sample_places
 
 from ._errors import FitError
@@ -68,6 +69,7 @@ def fit(
     from the residual. Raises `FitError` for input that cannot be used (`SceneError` for a max_depth).
     """
     begun = time.perf_counter()
+    _require_values(scene, targets, start, bounds)
     starts, samples, max_steps = (
         whole_number(value, name, error=FitError)
         for name, value in (("starts", starts), ("samples", samples), ("max_steps", max_steps))
@@ -94,6 +96,16 @@ def fit(
     notes = tuple(f"{name} left as it is: {why}" for name, why in passed_over)
     result = outcome(scene, targets, problem, first, best, UNIT, effects, notes)
     return with_runs(result, solutions, seconds_compile)
+
+
+def _require_values(*given) -> None:
+    """Raise `FitError` where something has no value yet, under `jit`, `grad` or `vmap`: a fit decides by values."""
+    if any(map(is_traced, jax.tree.leaves(given))):
+        raise FitError(
+            "fit: scene, targets, start or bounds are traced, so they have no values to fit; call fit outside "
+            "jax.jit, jax.grad and jax.vmap, one target after the other. To differentiate residuals of your own, trace "
+            "diffwhitted.render with a plan"
+        )
 
 
 def _build(

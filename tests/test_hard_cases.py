@@ -416,14 +416,6 @@ def test_no_ray_is_dropped_in_silence():
     np.testing.assert_allclose(dw.render(scene, camera), 0.1 * (1 - 0.5**12) / 0.5, rtol=1e-12)
 
 
-def test_too_little_room_is_an_error_under_jit():
-    scene, camera = crowded()
-    small = make_plan(scene, camera, capacity=1)
-    shaded = jax.jit(lambda k: dw.render(dw.replace_coefficient(scene, "floor.k_a", k), camera, plan=small))
-    with pytest.raises(Exception, match=f"more room than the plan's {small.capacity} rays"):
-        shaded(jnp.asarray(0.1)).block_until_ready()
-
-
 def test_a_camera_of_another_precision():
     """A camera that is not one of the scene's own: the scene decides the precision."""
     scene, camera, expected = mirrored_view(4, 3, "float32")

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float, Int
 from ..image import gathered
 from ..numerics._workers import side_by_side
 from ..scene import Camera, Scene, Tables
-from ..tree import Beyond, Plan, Record, grid, record, replay, sample_places, tables_of, trace
+from ..tree import Beyond, Plan, Record, film_of, grid, record, replay, sample_places, tables_of, trace
 
 
 def trace_samples(
@@ -40,24 +40,26 @@ def lowered_pass(scene: Scene, camera: Camera, plan: Plan, samples: int = 1, bey
 
 
 def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
-    """The image (height, width, 3), differentiable, and the most rays other than camera rays that one pass needs."""
+    """The image (height, width, 3), differentiable, and whether the tree of one ray outgrew the plan's room.
+
+    For traced values: a pass that needs more room is traced in parts, so that the picture is right all the same.
+    """
     return _render_passes(tables_of(scene, plan), camera, plan.program, samples)
 
 
 @eqx.filter_jit
 def _render_passes(tables: Tables, camera: Camera, plan: Plan, samples: int):
     def one_sample(number, place):
-        samples = grid(plan, camera, number, place)
-        tree = record(tables, camera, plan, samples)
-        return replay(tables, camera, tree, plan, samples).stacked(axis=0), tree.descendants
+        light, lost = film_of(plan, (tables, camera, grid(plan, camera, number, place)))
+        return light.stacked(axis=0), lost
 
     def one_pass(number):
         places = sample_places(plan.footprint or samples, camera.look_from.dtype)
-        film, needed = jax.lax.map(lambda place: one_sample(number, place), places)
-        return film.mean(axis=0), needed.max()
+        film, lost = jax.lax.map(lambda place: one_sample(number, place), places)
+        return film.mean(axis=0), lost.any()
 
-    film, needed = jax.lax.map(one_pass, _pass_numbers(plan))
-    return gathered(film, camera.height, camera.width), needed.max()
+    film, lost = jax.lax.map(one_pass, _pass_numbers(plan))
+    return gathered(film, camera.height, camera.width), lost.any()
 
 
 def traced_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):

@@ -67,7 +67,7 @@ class Parameter:
             if jnp.shape(array) != jnp.shape(self.value(scene)):
                 allowed = jnp.shape(self.value(scene))
                 raise SceneError(f"{self.place}: {self.row.name} has shape {array.shape}; allowed is {allowed}")
-        array = jnp.asarray(array, scene.dtype)
+        array = array.astype(scene.dtype)
         match self.family:
             case "material":
                 record = scene.materials[self.owner]
@@ -160,7 +160,7 @@ def replace_parameter(scene: Scene, name: str, value) -> Scene:
     """
     parameter, index = find_parameter(scene, name)
     if index is not None:
-        value = parameter.value(scene).at[index].set(value)
+        value = jnp.asarray(parameter.value(scene)).at[index].set(value)
     return parameter.replaced(scene, value)
 
 

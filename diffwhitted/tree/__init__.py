@@ -11,8 +11,9 @@ from ._effects import (
     effect_rows,
     including_effect,
 )  # fmt: skip
+from ._film import film_of
 from ._idle import idle
-from ._plan import Plan, likely_room, make_plan, tables_of
+from ._plan import Plan, likely_room, make_plan, tables_of, unmeasured_plan
 from ._record import Nodes, Record, record
 from ._replay import replay, trace, trace_beside_small, trace_left_out
 from ._samples import Samples, grid, pixel_of, sample_places
@@ -20,6 +21,6 @@ from ._truncation import Beyond
 
 __all__ = [
     "BRANCH_NAMES", "EFFECT_NAMES", "Beyond", "Decision", "Effect", "Effects", "Nodes", "Plan", "Record", "Samples",
-    "calls_for", "decide_effects", "effect_rows", "grid", "idle", "including_effect", "likely_room", "make_plan", "pixel_of",
-    "record", "replay", "sample_places", "tables_of", "trace", "trace_beside_small", "trace_left_out",
+    "calls_for", "decide_effects", "effect_rows", "film_of", "grid", "idle", "including_effect", "likely_room", "make_plan",
+    "pixel_of", "record", "replay", "sample_places", "tables_of", "trace", "trace_beside_small", "trace_left_out", "unmeasured_plan",
 ]  # fmt: skip

@@ -31,6 +31,10 @@ FEWEST_PIXELS_A_PASS = 2**14
 """A picture smaller than two of these is one pass; a larger one has a pass for each processor, or more."""
 PAGE = 1024
 """Arrays of so many numbers, or a multiple, begin at the same places of the cache and drive each other out (measured: up to twice the time)."""
+PIXELS_UNDER_JIT = 80 * 1024
+"""Of a pass whose rays nobody has counted: its room is cleared in memory that is fetched anew, which takes time."""
+LARGEST_TREE = 2**18
+"""Of one camera ray under `jit` without a plan; beyond it the picture is NaN."""
 WORST_CASE_LIMIT = 2**24
 LARGEST_ROOM = 2**25
 """Rays other than camera rays in a pass, about 3 GiB; beyond it a picture ends with an error, not with the memory."""
@@ -188,6 +192,16 @@ def tables_of(scene: Scene, plan: Plan) -> Tables:
     return tabulate(scene, marks_of(scene, plan.at_work, where_traced=plan.zero_weights))
 
 
+def unmeasured_plan(scene: Scene, camera: Camera, *, max_depth: int | None, footprint: int | None) -> Plan:
+    """A plan for traced values, whose rays nobody can count: with room for the tree of a pass that is likely.
+
+    The tree of any one camera ray has room, up to `LARGEST_TREE`: a pass that needs more is traced in parts.
+    """
+    room = likely_room(camera, PIXELS_UNDER_JIT)
+    plan = make_plan(scene, camera, max_depth=max_depth, capacity=room, footprint=footprint, pass_of=PIXELS_UNDER_JIT)
+    return plan.with_capacity(max(plan.capacity, min(_largest_tree(plan), LARGEST_TREE)))
+
+
 def likely_room(camera: Camera, pass_of: int = MOST_PIXELS_A_PASS) -> int:
     """Room for descendants in one pass that most scenes do not exceed: a capacity to try first."""
     return int(LIKELY_DESCENDANTS * _split(camera.width * camera.height, pass_of, BLOCK)[1])
@@ -229,7 +243,11 @@ def _may_weigh_nothing(scene: Scene, used: Collection[str], free: Collection[str
 
 
 def _worst_case(plan: Plan) -> int:
+    return min(plan.pass_pixels * _largest_tree(plan), WORST_CASE_LIMIT)
+
+
+def _largest_tree(plan: Plan) -> int:
+    """The most rays that one camera ray can bring about, itself not counted."""
     branches = plan.effects.reflection + plan.effects.refraction
-    per_pixel = sum(branches**level for level in range(1, plan.max_depth)) if plan.effects.branching else 0
-    per_pixel = 3 * (per_pixel + 1) if plan.footprint else per_pixel
-    return min(plan.pass_pixels * per_pixel, WORST_CASE_LIMIT)
+    rays = sum(branches**level for level in range(1, plan.max_depth)) if plan.effects.branching else 0
+    return 3 * (rays + 1) if plan.footprint else rays

@@ -32,7 +32,7 @@ from ._beam import arriving
 from ._branch import branches
 from ._departure import any_ray, departing, parents_of, sides_of
 from ._plan import Plan
-from ._samples import Samples
+from ._samples import Samples, Window
 from ._shadows import Seen, shadows_at
 from ._truncation import Beyond, followed, left_out
 
@@ -66,9 +66,9 @@ class Record(eqx.Module):
     """How many there are; more than the plan's capacity means that some were not followed."""
 
 
-def record(tables: Tables, camera: Camera, plan: Plan, samples: Samples) -> Record:
-    """The tree of the samples of a pass."""
-    return follow(*jax.lax.stop_gradient((tables, camera)), plan, jax.lax.stop_gradient(samples))[0]
+def record(tables: Tables, camera: Camera, plan: Plan, samples: Samples, window: Window | None = None) -> Record:
+    """The tree of the samples of a pass, or of a window of them."""
+    return follow(*jax.lax.stop_gradient((tables, camera)), plan, jax.lax.stop_gradient(samples), window=window)[0]
 
 
 def follow(
@@ -79,27 +79,31 @@ def follow(
     light_of: Callable | None = None,
     beyond: Beyond | None = None,
     kinds: int = 1,
+    window: Window | None = None,
 ):
-    """The tree of a pass and, where `light_of(nodes, rays, arrivals, needed)` is given, its `kinds` of light on the film; where `beyond` is
-    given, also the most light that the branches that are not followed could bring.
+    """The tree of a pass and, where `light_of(nodes, rays, arrivals, needed)` is given, its `kinds` of light on the
+    film; where `beyond` is given, also the most light that the branches that are not followed could bring.
 
-    Blocks are taken from the front of the queue until it is empty or the room is used up.
+    Blocks are taken from the front of the queue until it is empty or the room is used up. Of a `window` of the samples
+    the tree is given up as soon as it outgrows the room.
     """
-    room = plan.pass_pixels + plan.capacity
+    samples, cameras = (samples, plan.pass_pixels) if window is None else window.of(plan, samples)
+    room = cameras + plan.capacity
     one = jnp.ones(plan.block, tables.ambient.dtype)
     white = Vec3(one, one, one)
     weighed = light_of is not None or plan.effects.cutoff or plan.zero_weights
+    lit = light_of is not None and window is not None
     follow_rays = jax.jit(partial(_follow, tables, plan))  # traced once, for its shapes and for its results
 
     def waiting(state):
         start, (_, count) = state[0], state[2]
-        return start < jnp.minimum(count, room)
+        return (start < jnp.minimum(count, room)) & ((window is None) | (count <= room))
 
     def follow_block(state):
         start, block, (lineage, count), (nodes, arrivals, throughputs), (starts, ends), film = state
         end = jnp.minimum(jnp.minimum(start + plan.block, count), room)
         slot = start + jnp.arange(plan.block, dtype=jnp.int32)
-        origin = _origin(plan, nodes.origin, slot, lineage)
+        origin = _origin(plan, nodes.origin, slot, lineage, cameras, window)
         alive = (slot < end) & samples.there[origin.sample]
         parents, throughput = parents_of(origin, (arrivals, throughputs)) if plan.branching else (None, white)
         ray, footprint, factor = departing(tables, camera, plan, samples, parents, origin, alive)
@@ -107,7 +111,9 @@ def follow(
         if weighed:
             throughput = where(origin.lineage == 0, white, throughput) * factor
         nodes_here, at, children = follow_rays(ray, footprint, sides, origin, alive.any())
-        sends = followed(tables, plan, at, origin.level, throughput, children, alive.any()) if plan.branching else None
+        sends = None
+        if plan.branching:
+            sends = followed(tables, plan, at, origin.level, throughput, children, alive.any(), lit)
         queue = _append(lineage, count, slot, sends, alive) if plan.branching else (lineage, count)
         lost = (
             left_out(tables, plan, beyond, at, throughput, children, sends, alive.any())
@@ -122,23 +128,23 @@ def follow(
 
     shapes = jax.eval_shape(follow_rays, *any_ray(plan, one.dtype), jnp.bool_(True))[:2]
     buffers = empty_buffers((*shapes, white if weighed else None), plan.slots)
-    queue, bounds = (
-        (jnp.zeros(plan.slots, jnp.int32), jnp.int32(plan.pass_pixels)),
-        jnp.full(plan.blocks, room, jnp.int32),
-    )
+    queue, bounds = ((jnp.zeros(plan.slots, jnp.int32), jnp.int32(cameras)), jnp.full(plan.blocks, room, jnp.int32))
     film = empty_buffers(
         ((white,) * kinds if light_of else None, white if beyond and plan.branching else None), plan.pass_pixels
     )
     first = (jnp.int32(0), jnp.int32(0), queue, buffers, (bounds, bounds), film)
     _, _, (_, count), (nodes, *_), (starts, ends), film = jax.lax.while_loop(waiting, follow_block, first)
-    return Record(nodes, starts, ends, count - plan.pass_pixels), film
+    return Record(nodes, starts, ends, count - cameras), film
 
 
-def _origin(plan: Plan, known: Origin, slot: Int[Array, "n"], queue: Int[Array, "slots"]) -> Origin:
+def _origin(
+    plan: Plan, known: Origin, slot: Int[Array, "n"], queue: Int[Array, "slots"], cameras, window: Window | None
+) -> Origin:
     """Where the rays of a block come from: camera rays fill whole blocks, the first ones of a pass."""
 
     def camera(known, queue):
-        return Origin(slot, jnp.ones(slot.shape, jnp.int8), jnp.zeros_like(slot))
+        sample = slot if window is None else window.sample(plan, slot)
+        return Origin(sample, jnp.ones(slot.shape, jnp.int8), jnp.zeros_like(slot))
 
     def children(known, queue):
         lineage = jax.lax.dynamic_slice_in_dim(queue, slot[0], plan.block)
@@ -146,11 +152,7 @@ def _origin(plan: Plan, known: Origin, slot: Int[Array, "n"], queue: Int[Array, 
         deeper = (lineage % BRANCHES != PAST).astype(jnp.int8)
         return Origin(known.sample[parent], known.level[parent] + deeper, lineage)
 
-    return (
-        jax.lax.cond(slot[0] < plan.pass_pixels, camera, children, known, queue)
-        if plan.branching
-        else camera(known, queue)
-    )
+    return jax.lax.cond(slot[0] < cameras, camera, children, known, queue) if plan.branching else camera(known, queue)
 
 
 def _follow(

@@ -1,8 +1,4 @@
-"""Recompute a recorded tree with plain differentiable arithmetic, and add up its light.
-
-A node carries its throughput, the product of coefficients on the way to it, and adds throughput * local
-colour to its pixel. There is no pass back up the tree. Forward and reverse mode both work.
-"""
+"""The light of a recorded tree, differentiable in forward and reverse mode; or that of a tree as it is recorded."""
 
 from collections.abc import Callable
 from functools import partial
@@ -11,27 +7,19 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Int
 
-from ..geometry import Footprint, Ray, beside_small, surface_at
+from ..geometry import Ray, beside_small
 from ..numerics._safe import length
-from ..numerics._stage import empty_buffers, read_block, stage, write_block
-from ..numerics._vector import Vec3, vec3, where
+from ..numerics._stage import stage
+from ..numerics._transposed import linear
+from ..numerics._vector import Vec3, vec3
 from ..scene import Camera, Tables
-from ._arrival import Arrival, arrival
-from ._beam import arriving
-from ._departure import any_ray, departing
-from ._local import local_radiance
+from ._arrival import Arrival
 from ._plan import Plan
+from ._pullback import Varied, pulled_back
 from ._record import Nodes, Record, follow
+from ._retrace import Given, light_of, retraced
 from ._samples import Samples
 from ._truncation import Beyond
-
-
-def light_of(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed) -> Vec3:
-    """The light that rays bring from what they meet, surface or background."""
-    light = where(
-        nodes.primitive >= 0, local_radiance(tables, plan, nodes, at, needed), tables.background.seen(at.direction)
-    )
-    return light if at.beam is None else light * at.beam.edge.share
 
 
 def replay(
@@ -45,62 +33,36 @@ def replay(
 ) -> Vec3:
     """Linear RGB of the samples of a pass, three arrays of shape (plan.pass_pixels,).
 
-    Differentiable in `tables` and `camera`, along the recorded tree. `light_of` stands in place of the light of a node.
-    `forward`: no reverse mode is wanted, so the loop need not pass by all the blocks that there might be.
+    Differentiable in `tables`, `camera` and `samples`, along the recorded tree. `light_of` stands in place of the light
+    of a node. `forward`: no reverse mode is wanted, so that picture and derivative come from one loop.
     """
-    branching = plan.branching
-
-    def visit(nodes: Nodes, parents: Arrival | None, throughput: Vec3, alive):
-        ray, footprint, factor = departing(tables, camera, plan, samples, parents, nodes.origin, alive)
-        throughput = throughput * factor
-        arrived = _arrived(tables, plan, nodes, ray, footprint, alive.any())
-        added = throughput * light_of(tables, plan, nodes, arrived, alive.any())
-        return jax.tree.map(lambda a: jnp.where(alive, a, 0), added), (arrived, throughput)
-
-    if not forward:
-        visit = jax.checkpoint(visit, prevent_cse=False)
-
-    def follow_block(start, end, carry):
-        film, state = carry
-        nodes = read_block(record.nodes, start, plan.block)
-        alive = (start + jnp.arange(plan.block) < end) & samples.there[nodes.origin.sample]
-        # What is not alive repeats the first ray of the block, so that it is finite on the way back too.
-        nodes = jax.tree.map(lambda a: jnp.where(alive, a, a[..., :1]), nodes)
-        # Camera rays read the first node for nothing: a branch without it would cost reverse mode a whole state of zeros.
-        parents, throughput = jax.tree.map(lambda a: a[nodes.origin.parent], state) if branching else (None, white)
-        throughput = where(nodes.origin.lineage == 0, white, throughput)
-        added, arrived = visit(nodes, parents, throughput, alive)
-        film = jax.tree.map(lambda f, a: f.at[nodes.origin.sample].add(a), film, added)
-        return film, write_block(state, arrived, start) if branching else state
-
-    def follow_if_there(carry, bounds):
-        start, end = bounds
-        return jax.lax.cond(end > start, partial(follow_block, start, end), lambda carry: carry, carry), None
-
-    one = jnp.ones(plan.block, tables.ambient.dtype)
-    white = Vec3(one, one, one)
-    ray, footprint, _, _ = any_ray(plan, one.dtype)
-    arrived = jax.eval_shape(
-        lambda: _arrived(tables, plan, read_block(record.nodes, 0, plan.block), ray, footprint, jnp.bool_(True))
-    )
-    state = empty_buffers((arrived, white), plan.slots) if branching else ()
-    carry = empty_buffers(white, plan.pass_pixels), state
-    if forward:
-        there = jnp.sum(record.ends > record.starts)
-        return jax.lax.fori_loop(
-            0, there, lambda number, carry: follow_block(record.starts[number], record.ends[number], carry), carry
-        )[0]
-    return jax.lax.scan(follow_if_there, carry, (record.starts, record.ends))[0][0]
+    given = tables, camera, samples
+    return retraced(light_of, plan, given, record)[0] if forward else _replayed(light_of, plan, given, record)
 
 
-def _arrived(tables: Tables, plan: Plan, nodes: Nodes, ray: Ray, footprint: Footprint | None, needed) -> Arrival:
-    """How a ray arrives at its recorded surface."""
-    surface = nodes.primitive, nodes.crossing, nodes.entering
-    if footprint is None:
-        hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, *surface)
-        return arrival(hit, ray.direction, nodes.outside, None)
-    hit, direction, beam = arriving(tables.shapes, ray, footprint, *surface, nodes.cut, None, needed)
-    return arrival(hit, direction, nodes.outside, beam)
+@partial(jax.custom_jvp, nondiff_argnums=(0, 1))
+def _replayed(light_of: Callable, plan: Plan, given: Given, record: Record) -> Vec3:
+    return retraced(light_of, plan, given, record)[0]
+
+
+@partial(_replayed.defjvp, symbolic_zeros=True)
+def _replayed_jvp(light_of, plan, primals, tangents):
+    given, record = primals
+    varied, along = Varied.by(tangents[0])
+
+    def forward(known, tangents):
+        given, record, _ = known
+
+        def film(values):
+            return retraced(light_of, plan, varied.replaced(given, values), record)[0]
+
+        return jax.jvp(film, (varied.values(given),), (tangents,))[1]
+
+    def backward(known, film):
+        return pulled_back(light_of, plan, varied, *known, film)
+
+    film, state = retraced(light_of, plan, given, record)
+    return film, linear(forward, backward, (given, record, state), along)
 
 
 def trace(

@@ -1,5 +1,7 @@
 """Where the camera rays of a pass go."""
 
+from dataclasses import replace
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -18,6 +20,29 @@ class Samples(eqx.Module):
     """False: no ray, and 0 on the film."""
     side: Float[Array, ""]
     """Of the square that each stands for, in pixels; of no meaning where rays have no footprint."""
+
+
+class Window(eqx.Module):
+    """Some of the samples of a pass: `size` of them from the `first` on."""
+
+    first: Int[Array, ""]
+    size: Int[Array, ""]
+
+    def of(self, plan: Plan, samples: Samples) -> tuple[Samples, Int[Array, ""]]:
+        """The samples without those outside, and the slots that camera rays take, in whole blocks."""
+        number = jnp.arange(plan.pass_pixels, dtype=jnp.int32)
+        inside = (number >= self.first) & (number < self.first + self.size)
+        blocks = (jnp.minimum(self.size, plan.pass_pixels) + plan.block - 1) // plan.block
+        return replace(samples, there=samples.there & inside), blocks * plan.block
+
+    def given(self, plan: Plan, given):
+        """Tables, camera and samples without those outside."""
+        return (*given[:-1], self.of(plan, given[-1])[0])
+
+    def sample(self, plan: Plan, slot: Int[Array, "n"]) -> Int[Array, "n"]:
+        """The sample of each slot of camera rays; past the end of the pass one outside the window."""
+        number = self.first + slot
+        return jnp.where(number < plan.pass_pixels, number, 0)
 
 
 def grid(plan: Plan, camera: Camera, number: Int[Array, ""], place: Float[Array, "2"], side=None) -> Samples:

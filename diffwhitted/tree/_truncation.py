@@ -21,20 +21,29 @@ Children = tuple[Int[Array, "n"], Bool[Array, "n"], Bool[Array, "n"] | None]
 
 
 def followed(
-    tables: Tables, plan: Plan, at: Arrival, level: Int[Array, "n"], throughput: Vec3 | None, children: Children, needed
+    tables: Tables,
+    plan: Plan,
+    at: Arrival,
+    level: Int[Array, "n"],
+    throughput: Vec3 | None,
+    children: Children,
+    needed,
+    lit: bool = False,
 ) -> Children:
     """Those of the children that are followed. What runs past a silhouette is no deeper than its parent, and always is.
 
     A branch that weighs nothing is followed for the derivative in its weight, but not where its parent carries nothing either:
-    no first derivative comes from there.
+    no first derivative comes from there. With `lit`, where no derivative is asked for, it ends the tree.
     """
     mirror, through, past = children
     deeper = level < (plan.max_depth if tables.max_depth is None else tables.max_depth)
     keep_mirror = keep_through = deeper
-    if plan.effects.cutoff or plan.zero_weights:
+    if plan.effects.cutoff or plan.zero_weights or lit:
         point, transmitted = weighed_point(tables, plan, at, needed), jnp.full_like(mirror, TRANSMITTED)
         weights = weight(plan, point, mirror), weight(plan, point, transmitted)
-    if plan.zero_weights:
+    if lit:
+        keep_mirror, keep_through = (deeper & (_brightest(throughput * w) > 0) for w in weights)
+    elif plan.zero_weights:
         alive = _brightest(throughput) > 0
         keep_mirror, keep_through = (deeper & (alive | (_brightest(w) > 0)) for w in weights)
     if plan.effects.cutoff:

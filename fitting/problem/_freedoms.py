@@ -75,7 +75,7 @@ def moved(scene: Scene, other: Scene, parameter: Parameter, numbers: Sequence[in
 
     `scene` is the one from which angles and moves are counted.
     """
-    value, row = parameter.value(other), parameter.row
+    value, row = jnp.asarray(parameter.value(other)), parameter.row
     way = _way(scene, parameter)
     if way == "each":
         if len(numbers) == value.size:
