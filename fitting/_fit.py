@@ -43,14 +43,16 @@ def fit(
     coarse_to_fine: bool = True,
     on_step: Callable[[FitStep], None] | None = None,
 ) -> FitResult:
-    """Find the free numbers of a scene, its material coefficients first, that make the rendered scene equal the targets.
+    """Find the free numbers of a scene, its material coefficients first, that make the rendered scene equal the
+    targets.
 
     - `targets`: a picture `(H, W, 3)` in linear Rec. 709 RGB, a `Target` (camera, mask, noise), a mapping from
       camera names to pictures, or a sequence of targets.
-    - `free`: names of `diffwhitted.parameters` ("glass.k_d", "light.key.position", "object.ball.centre.x") with wildcards:
-      "*.k_d" means materials, all others begin with their family word ("light.*").
-    - `start`, `bounds`: by name, with wildcards; otherwise the scene's values, and the bounds of the table or those that the
-      scene suggests (see `_ranges`). A direction is free by two angles u and v in degrees, counted from the scene's.
+    - `free`: names of `diffwhitted.parameters` ("glass.k_d", "light.key.position", "object.ball.centre.x") with
+      wildcards: "*.k_d" means materials, all others begin with their family word ("light.*").
+    - `start`, `bounds`: by name, with wildcards; otherwise the scene's values, and the bounds of the table or those
+      that the scene suggests (see `_ranges`). A direction is free by two angles u and v in degrees, counted from the
+      scene's.
     - `starts`: how many starting points to try: the one above, the middle of the bounds, then a Sobol
       sequence over the bounds. The best end is returned.
     - `samples`: n x n rays a pixel.
@@ -58,12 +60,12 @@ def fit(
       result says
       at how many, and what that took.
     - `footprint`: k x k trees a pixel whose rays average what they meet over their share of it. Without it that is
-      the scene's, or `samples`, where what is free moves rays, shadows or the edges of patterns: their derivative lies in the
-      edges of the picture.
+      the scene's, or `samples`, where what is free moves rays, shadows or the edges of patterns: their derivative lies
+      in the edges of the picture.
 
-    Where any of these move, the ray tree is recorded anew in each step, the residuals are blurred at first (`_pyramid`), and
-    the fit begins elsewhere than at `start` where a look along the refractive indices finds a better place (`_scan`).
-    Minimises the sum over pixels of mask * ((render - target) / noise)^2 with optimistix's
+    Where any of these move, the ray tree is recorded anew in each step, the residuals are blurred at first
+    (`_pyramid`), and the fit begins elsewhere than at `start` where a look along the refractive indices finds a better
+    place (`_scan`). Minimises the sum over pixels of mask * ((render - target) / noise)^2 with optimistix's
     Levenberg-Marquardt on forward-mode Jacobians of the replayed ray tree (Levenberg 1944, Marquardt 1963).
     Standard errors are those of the linearised model with independent noise of one size, given or estimated
     from the residual. Raises `FitError` for input that cannot be used (`SceneError` for a max_depth).

@@ -1,7 +1,7 @@
 """Rows: what a record holds, said once.
 
-Each record has a table of rows, one a key. The check of a value when a record is built, the keys of scene files and their
-schema, the bounds and units of a fit and the names of its unknowns are all read from it.
+Each record has a table of rows, one a key. The check of a value when a record is built, the keys of scene files and
+their schema, the bounds and units of a fit and the names of its unknowns are all read from it.
 """
 
 from dataclasses import dataclass
@@ -57,13 +57,15 @@ class Row:
     fit_bounds: tuple[float, float] | None = None
     """Interval in which a fit looks for it unless told otherwise; None: no bounds, or those that its scale needs."""
     scale: ScaleName = "interval"
-    """In what the unknown of a fit is linear: the value between bounds, log(value), log(value - 1), or the value itself."""
+    """In what the unknown of a fit is linear: the value between bounds, log(value), log(value - 1), or the value
+    itself.
+    """
     moves: Moves = "nothing"
-    """What a change of it moves in the picture: nothing (weights and colours alone), the edges of patterns, shadows, or the
-    rays themselves."""
+    """What a change of it moves in the picture: nothing (weights and colours alone), the edges of patterns, shadows,
+    or the rays themselves."""
     freedom: Freedom | None = None
-    """What a fit changes in it: each of its numbers; its direction by a turn of two angles; by a roll of one angle about
-    another direction; points within the plane in which they lie. None: by its kind, "turn" of a direction."""
+    """What a fit changes in it: each of its numbers; its direction by a turn of two angles; by a roll of one angle
+    about another direction; points within the plane in which they lie. None: by its kind, "turn" of a direction."""
     about: str = ""
     """Of a turn: the key of the point from which the direction goes to this one. Of a roll: two keys, "FROM TO", of the
     points between which the axis runs."""
@@ -135,7 +137,9 @@ def rows_of(record) -> dict[str, Row]:
 
 
 def read_rows(record, place: str, **values) -> None:
-    """Set the fields of a record that is being built, each checked by its row; None stays None where that is allowed."""
+    """Set the fields of a record that is being built, each checked by its row; None stays None where that is
+    allowed.
+    """
     rows = rows_of(record)
     for name, value in values.items():
         row = rows[name]

@@ -61,10 +61,12 @@ SCALES: Final[dict[str, Scale]] = {
     "log-excess": Scale(1.0),
     "unbounded": Scale(),
 }
-"""By the name in a row. "unbounded" says that the row itself has no bounds: a fit takes those that the scene suggests."""
+"""By the name in a row. "unbounded" says that the row itself has no bounds: a fit takes those that the scene
+suggests.
+"""
 
 
 def typical_size(value: float, lowest: float, low: float, high: float) -> float:
-    """What a step of an unknown between `low` and `high` is small against: its distance from its lowest value or, where there
-    is none, a hundredth of its interval and its own size."""
+    """What a step of an unknown between `low` and `high` is small against: its distance from its lowest value or,
+    where there is none, a hundredth of its interval and its own size."""
     return abs(value - lowest) if lowest > -inf else max(abs(value), 0.01 * (high - low))

@@ -62,8 +62,8 @@ def derivative(
       picture
       at most. Only with a footprint.
 
-    `make` may change anything in the scene: coefficients, places, sizes, lights, cameras. Forward mode (Igehy 1999 for the
-    footprints; see `tree`). Raises `SceneError` for a footprint or depth that is not one, and `CapacityError` where
+    `make` may change anything in the scene: coefficients, places, sizes, lights, cameras. Forward mode (Igehy 1999 for
+    the footprints; see `tree`). Raises `SceneError` for a footprint or depth that is not one, and `CapacityError` where
     the tree outgrows the memory.
     """
     value = jnp.asarray(value, float)

@@ -15,8 +15,8 @@ def coefficient_value(scene: Scene, name: str):
 def replace_coefficient(scene: Scene, name: str, value) -> Scene:
     """The scene with one coefficient replaced; differentiable in `value`.
 
-    `name` is "material.coefficient", or another of the names of `parameters`; `value` a number or, where the coefficient has a
-    colour, three.
+    `name` is "material.coefficient", or another of the names of `parameters`; `value` a number or, where the
+    coefficient has a colour, three.
 
         jax.grad(lambda k: loss(render(replace_coefficient(scene, "glass.k_d", k), camera)))(0.12)
 

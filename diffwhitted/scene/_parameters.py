@@ -3,8 +3,8 @@
     glass.k_d   material.glass.k_d   light.key.colour.r   object.ball.centre.x   object.roof.vertices.2.y
     camera.main.look_from   texture.tiles.colours.0.r   texture.tiles.size   scene.ambient   background.top.b
 
-The family word comes first; a name without one is a material's. What numbers a record has, its rows say, so that a new kind
-of light or shape has its names by itself.
+The family word comes first; a name without one is a material's. What numbers a record has, its rows say, so that a new
+kind of light or shape has its names by itself.
 """
 
 import inspect
@@ -59,7 +59,9 @@ class Parameter:
         return getattr(self.record(scene), self.row.name)
 
     def replaced(self, scene: Scene, value) -> Scene:
-        """The scene with another value; differentiable. Raises `SceneError` for a wrong shape or a value that is not allowed."""
+        """The scene with another value; differentiable. Raises `SceneError` for a wrong shape or a value that is not
+        allowed.
+        """
         if self.family == "material":
             array = checked(self.row.name, value, self.place)
         else:
@@ -121,8 +123,8 @@ class Parameter:
 def parameters(scene: Scene) -> tuple[Parameter, ...]:
     """All numbers of a scene that have a name, family by family, materials first.
 
-    Left out is what is not there (an attenuation that is not stated) and what belongs to an object, camera or texture whose
-    name has a dot in it.
+    Left out is what is not there (an attenuation that is not stated) and what belongs to an object, camera or texture
+    whose name has a dot in it.
     """
     return tuple(_all(scene))
 
@@ -144,7 +146,9 @@ def find_parameter(scene: Scene, name: str) -> tuple[Parameter, Index | None]:
 
 
 def parameter_value(scene: Scene, name: str):
-    """The value of a number of the scene by its name, or of one of its components. Raises `SceneError` for an unknown name."""
+    """The value of a number of the scene by its name, or of one of its components. Raises `SceneError` for an unknown
+    name.
+    """
     parameter, index = find_parameter(scene, name)
     value = parameter.value(scene)
     return value if index is None else value[index]
@@ -155,8 +159,8 @@ def replace_parameter(scene: Scene, name: str, value) -> Scene:
 
         jax.grad(lambda x: loss(render(replace_parameter(scene, "light.key.position.x", x), camera)))(3.0)
 
-    Of a camera it is `scene.cameras[NAME]` that changes. Raises `SceneError` for an unknown name, a wrong shape, or a value
-    that is not allowed (a traced value is not checked).
+    Of a camera it is `scene.cameras[NAME]` that changes. Raises `SceneError` for an unknown name, a wrong shape, or a
+    value that is not allowed (a traced value is not checked).
     """
     parameter, index = find_parameter(scene, name)
     if index is not None:

@@ -17,8 +17,8 @@ def idle(
 ) -> str | None:
     """Why a number cannot change any picture whatever its value, and what to try; None where it may.
 
-    `free`: names of the parameters that may change beside it; `max_depth` in place of the scene's; `cameras`: those that take
-    the pictures, by name (None: all).
+    `free`: names of the parameters that may change beside it; `max_depth` in place of the scene's; `cameras`: those
+    that take the pictures, by name (None: all).
     """
     match parameter.family:
         case "material":

@@ -132,7 +132,9 @@ def derivative(
 
 
 def unknowns_of(scene: Scene, name: str, depth: int | None, camera: str) -> tuple[Unknown, ...]:
-    """What changes: one number, or all channels of a colour at once. Raises `InputError` for several that are no colour."""
+    """What changes: one number, or all channels of a colour at once. Raises `InputError` for several that are no
+    colour.
+    """
     from diffwhitted import InputError
     from fitting.problem._free_names import free_parameters
     from fitting.problem._unknowns import list_unknowns

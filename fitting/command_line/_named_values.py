@@ -58,7 +58,8 @@ def files_of_cameras(option: str, given: Sequence[str], cameras: Mapping, defaul
 
 
 def true_values(path: Path, scene: Scene, unknowns: Sequence[Unknown]) -> dict[str, float]:
-    """True values by the names of the unknowns, from a scene or from JSON {name: value}; angles are counted from `scene`.
+    """True values by the names of the unknowns, from a scene or from JSON {name: value}; angles are counted from
+    `scene`.
 
     Raises `InputError` where the file cannot be read or holds none of them.
     """

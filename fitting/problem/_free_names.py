@@ -25,12 +25,12 @@ from ._freedoms import parts_of
 def free_parameters(
     scene: Scene, patterns: Sequence[str], max_depth: int | None = None, cameras: Collection[str] | None = None
 ) -> tuple[tuple[str, ...], tuple[tuple[str, str], ...]]:
-    """The names of the parameters (or of single components of them) that the patterns name, in the order of the scene, and
-    those passed over with the reason.
+    """The names of the parameters (or of single components of them) that the patterns name, in the order of the scene,
+    and those passed over with the reason.
 
     "*" and "*.k_d" match materials only; others need their family word ("light.*"). A pattern with a wildcard passes over what
-    cannot change the image. Raises `FitError` for a pattern that matches nothing, and for a plain name that cannot change the
-    image. `cameras`: those whose pictures count.
+    cannot change the image. Raises `FitError` for a pattern that matches nothing, and for a plain name that cannot
+    change the image. `cameras`: those whose pictures count.
     """
     if isinstance(patterns, str):
         patterns = (patterns,)
@@ -67,7 +67,8 @@ def whole_names(scene: Scene, names: Sequence[str]) -> tuple[str, ...]:
 def split_free(scene: Scene, name: str) -> tuple[Parameter, str]:
     """The parameter that a free name stands for and the component of it that is free, empty for all.
 
-    Raises `FitError` for a component that is not free by itself, such as one of a direction, and `SceneError` for an unknown name.
+    Raises `FitError` for a component that is not free by itself, such as one of a direction, and `SceneError` for an
+    unknown name.
     """
     for whole in (name, name.rpartition(".")[0], name.rpartition(".")[0].rpartition(".")[0]):
         try:

@@ -1,10 +1,13 @@
-"""What a fit changes in a number of the scene: the numbers one by one, a direction by its angles, points within their plane.
+"""What a fit changes in a number of the scene: the numbers one by one, a direction by its angles, points within their
+plane.
 
 A row says which (`Row.free_by`):
 
 - each: every number is an unknown.
-- turn: a direction, or that from another point to this one, turns by (u, v) degrees in its tangent plane; its length stays.
-- roll: a direction turns by `roll` degrees about the line between two points, such as the `up` of a camera about its view.
+- turn: a direction, or that from another point to this one, turns by (u, v) degrees in its tangent plane; its length
+  stays.
+- roll: a direction turns by `roll` degrees about the line between two points, such as the `up` of a camera about its
+  view.
 - flat: points of a plane polygon move by (u, v) metres within that plane; those of a triangle freely.
 
 Angles and moves are counted from the scene that the fit was given, where they are 0.
@@ -136,7 +139,9 @@ def _turned(direction, angles: Float[Array, "2"]) -> Array:
 
 
 def _upright(scene: Scene, parameter: Parameter) -> tuple[Array, Array, Array]:
-    """Unit vectors: the axis of a roll, and across it the way to which a positive roll turns, and that of the direction itself."""
+    """Unit vectors: the axis of a roll, and across it the way to which a positive roll turns, and that of the
+    direction itself.
+    """
     start, end = (parameter_of(scene, parameter, key) for key in parameter.row.about.split())
     axis = (end - start) / jnp.linalg.norm(end - start)
     value = parameter.value(scene)

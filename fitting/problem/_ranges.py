@@ -1,4 +1,6 @@
-"""Where a fit looks for a number unless it is told: bounds from the table of its kind, or else from the scene itself."""
+"""Where a fit looks for a number unless it is told: bounds from the table of its kind, or else from the scene
+itself.
+"""
 
 from math import inf, isfinite
 
@@ -18,9 +20,9 @@ TURN = 45.0
 def default_bounds(scene: Scene, parameter: Parameter, value: float, counted: bool, unit: str) -> tuple[float, float]:
     """The bounds of an unknown whose value in the scene is `value`; `counted`: from that of the scene.
 
-    By the table of its kind where that has bounds, widened (twice as far as need be) where the scene's own value lies outside;
-    otherwise places by the size of the scene, lengths by a factor of 4, colours up to 10 times what they are, directions
-    45 degrees to each side.
+    By the table of its kind where that has bounds, widened (twice as far as need be) where the scene's own value lies
+    outside; otherwise places by the size of the scene, lengths by a factor of 4, colours up to 10 times what they are,
+    directions 45 degrees to each side.
     """
     row = parameter.row
     whole = np.asarray(parameter.value(scene), np.float64)
@@ -41,7 +43,9 @@ def default_bounds(scene: Scene, parameter: Parameter, value: float, counted: bo
 
 
 def scene_size(scene: Scene) -> float:
-    """Metres; the longest side of a box around all that has an end, all lights that stand somewhere, and all cameras."""
+    """Metres; the longest side of a box around all that has an end, all lights that stand somewhere, and all
+    cameras.
+    """
     corners = [np.asarray(camera.look_from, np.float64) for camera in scene.cameras.values()]
     corners += [place for light in scene.lights if (place := light.place()) is not None]
     for thing in scene.objects:

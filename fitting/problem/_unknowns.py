@@ -38,7 +38,9 @@ class Unknown:
 
     @property
     def row(self) -> Row:
-        """That of its parameter: interval, scale, what it moves. What is counted from the scene is linear and has no interval."""
+        """That of its parameter: interval, scale, what it moves. What is counted from the scene is linear and has no
+        interval.
+        """
         return (
             replace(self.parameter.row, scale="unbounded", lowest=-inf, highest=inf)
             if self.counted
@@ -58,8 +60,8 @@ class Unknown:
 def list_unknowns(
     scene: Scene, names: Sequence[str], bounds: Mapping[str, tuple[float, float]] | None = None
 ) -> tuple[Unknown, ...]:
-    """The unknowns of these names: of a parameter all its numbers, three where it is linear RGB in the scene; of a component
-    that alone. `bounds` may use wildcards."""
+    """The unknowns of these names: of a parameter all its numbers, three where it is linear RGB in the scene; of a
+    component that alone. `bounds` may use wildcards."""
     unknowns = []
     for name in names:
         parameter, component = split_free(scene, name)
