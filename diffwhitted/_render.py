@@ -13,7 +13,7 @@ from .accuracy import choose
 from .rendering._antialias import antialias as adaptive
 from .rendering._passes import recorded_with_room, render_passes, traced_passes, traced_with_room
 from .rendering._unforeseen import poisoned, unforeseen
-from .scene import Camera, Scene, depth_number, is_traced, split_name, whole_number
+from .scene import Camera, Scene, depth_number, find_parameter, is_traced, whole_number
 from .tree import Plan, likely_room, make_plan, unmeasured_plan
 
 
@@ -126,7 +126,7 @@ def plan(
             "call diffwhitted.plan outside jit, grad or vmap, and pass the plan in"
         )
     for name in free:
-        split_name(scene, name)
+        find_parameter(scene, name)
     max_depth = depth_number(max_depth)
     camera = camera.in_precision(scene.dtype)
     guess = make_plan(scene, camera, free=free, max_depth=max_depth, capacity=likely_room(camera), footprint=footprint)

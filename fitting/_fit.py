@@ -16,9 +16,10 @@ from ._outcome import outcome, with_runs
 from ._result import FitResult, FitStep
 from .judging._rest import UNIT
 from .problem._bounds import Bounds
+from .problem._free_names import free_parameters, whole_names
 from .problem._problem import Problem, any_moves, prepared
 from .problem._target import CheckedTarget, as_targets
-from .problem._unknowns import free_coefficients, list_unknowns, start_values
+from .problem._unknowns import list_unknowns, start_values
 from .problem._views import PART_PIXELS, PART_RAYS, view_of
 from .solving._solve import compile_solver
 from .solving._stages import run, stages_of
@@ -42,12 +43,16 @@ def fit(
     coarse_to_fine: bool = True,
     on_step: Callable[[FitStep], None] | None = None,
 ) -> FitResult:
-    """Find the free material coefficients that make the rendered scene equal the targets.
+    """Find the free numbers of a scene, its material coefficients first, that make the rendered scene equal the
+    targets.
 
     - `targets`: a picture `(H, W, 3)` in linear Rec. 709 RGB, a `Target` (camera, mask, noise), a mapping from
       camera names to pictures, or a sequence of targets.
-    - `free`: names "material.coefficient", with wildcards ("*.k_d").
-    - `start`, `bounds`: by name, with wildcards; otherwise the scene's values and the table's bounds.
+    - `free`: names of `diffwhitted.parameters` ("glass.k_d", "light.key.position", "object.ball.centre.x") with
+      wildcards: "*.k_d" means materials, all others begin with their family word ("light.*").
+    - `start`, `bounds`: by name, with wildcards; otherwise the scene's values, and the bounds of the table or those
+      that the scene suggests (see `_ranges`). A direction is free by two angles u and v in degrees, counted from the
+      scene's.
     - `starts`: how many starting points to try: the one above, the middle of the bounds, then a Sobol
       sequence over the bounds. The best end is returned.
     - `samples`: n x n rays a pixel.
@@ -55,11 +60,12 @@ def fit(
       result says
       at how many, and what that took.
     - `footprint`: k x k trees a pixel whose rays average what they meet over their share of it. Without it that is
-      the scene's, or `samples`, where a free coefficient moves rays: their derivative lies in the edges of the picture.
+      the scene's, or `samples`, where what is free moves rays, shadows or the edges of patterns: their derivative lies
+      in the edges of the picture.
 
-    Where rays move, the ray tree is recorded anew in each step, the residuals are blurred at first (`_pyramid`), and
-    the fit begins elsewhere than at `start` where a look along the refractive indices finds a better place (`_scan`).
-    Minimises the sum over pixels of mask * ((render - target) / noise)^2 with optimistix's
+    Where any of these move, the ray tree is recorded anew in each step, the residuals are blurred at first
+    (`_pyramid`), and the fit begins elsewhere than at `start` where a look along the refractive indices finds a better
+    place (`_scan`). Minimises the sum over pixels of mask * ((render - target) / noise)^2 with optimistix's
     Levenberg-Marquardt on forward-mode Jacobians of the replayed ray tree (Levenberg 1944, Marquardt 1963).
     Standard errors are those of the linearised model with independent noise of one size, given or estimated
     from the residual. Raises `FitError` for input that cannot be used (`SceneError` for a max_depth).
@@ -72,7 +78,7 @@ def fit(
     )
     max_depth = depth_number(max_depth)
     targets = as_targets(scene, targets)
-    names, passed_over = free_coefficients(scene, free, max_depth)
+    names, passed_over = free_parameters(scene, free, max_depth, {target.camera for target in targets})
     unknowns = list_unknowns(scene, names, bounds)
     first = start_values(scene, unknowns, start)
     if footprint is None:
@@ -86,7 +92,9 @@ def fit(
         if solutions[-1].interrupted:
             break
     best = min(solutions, key=lambda s: s.loss)
-    effects = tuple((d.name, d.on, d.why) for d in decide_effects(scene, names, max_depth, footprint))
+    effects = tuple(
+        (d.name, d.on, d.why) for d in decide_effects(scene, whole_names(scene, names), max_depth, footprint)
+    )
     notes = tuple(f"{name} left as it is: {why}" for name, why in passed_over)
     result = outcome(scene, targets, problem, first, best, UNIT, effects, notes)
     return with_runs(result, solutions, seconds_compile)
@@ -117,7 +125,7 @@ def _build(
         plan = make_plan(
             scene,
             camera,
-            free=names,
+            free=whole_names(scene, names),
             max_depth=max_depth,
             capacity=room,
             footprint=footprint,
@@ -126,7 +134,7 @@ def _build(
         )
         groups, side = places[:, None] if moving else places[None], 1 / max(footprint, 1)
         marks = marks_of(scene, plan.at_work)
-        views.append(view_of(camera, target.image, weight, groups, side, plan.program, marks))
+        views.append(view_of(target.camera, target.image, weight, groups, side, plan.program, marks))
     recorded = tuple(prepared(scene, unknowns, values, view, moving) for view in views)
     return Problem(scene, bounds, recorded, unknowns), total
 

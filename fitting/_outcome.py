@@ -15,7 +15,7 @@ from .judging._misfit import at_rounding_level, is_structured
 from .judging._rest import jacobian_precision, on_bound, residual_count, residual_noise, rest_share, unsettled
 from .problem._problem import Problem
 from .problem._target import CheckedTarget
-from .problem._unknowns import Unknown, insert
+from .problem._unknowns import Unknown, free_as_named, insert
 from .solving._solve import Solution
 
 SETTLED = 1e-4
@@ -99,7 +99,7 @@ def outcome(
         effects=effects,
         views=views,
         scene=insert(scene, unknowns, best.values.astype(scene.dtype)),
-        free=tuple(dict.fromkeys(u.coefficient for u in unknowns)),
+        free=free_as_named(scene, unknowns),
         misfit=misfit,
         at_rounding_level=rounding,
         stages=best.stages,
@@ -136,7 +136,8 @@ def _coefficient(
         confounded_with=tuple(unknowns[j].name for j in known.confounded[i]),
         at_bound=bool(at_bound[i]),
         bounds=unknown.bounds,
-        unit=unknown.row.unit,
+        unit=unknown.unit,
+        moves=unknown.row.moves,
     )
 
 

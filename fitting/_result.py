@@ -34,6 +34,7 @@ class FittedCoefficient:
     - `confounded_with`: names of the coefficients it cannot be told apart from.
     - `shift`: how far the value moved when 2 x 2 filtered trees took the place of each, in `unit`: what the trees leave
       out of the picture, and part of the standard error and the interval. 0 where no ray moves.
+    - `moves`: what a change of it moves in the picture: "nothing", "patterns", "shadows" or "rays".
     - `at_bound`: the solution lies on one of the `bounds` (lowest and highest value allowed).
 
     Raises `ValueError` for a standard error or an interval on a coefficient that is not identifiable.
@@ -52,6 +53,7 @@ class FittedCoefficient:
     bounds: tuple[float, float]
     unit: str
     shift: float = 0.0
+    moves: str = "nothing"
 
     def __post_init__(self) -> None:
         if not self.identifiable and not (self.standard_error is None and self.interval_95 is None):
@@ -99,6 +101,7 @@ class FittedCoefficient:
             "at_bound": bool(self.at_bound),
             "bounds": [_finite(end) for end in self.bounds],
             "unit": self.unit,
+            "moves": self.moves,
             "remark": self.remark,
         }
 
@@ -221,6 +224,7 @@ class FitResult:
     def __getitem__(self, name: str) -> FittedCoefficient:
         """The coefficient of that name. Raises `KeyError` with the nearest names."""
         names = [coefficient.name for coefficient in self.coefficients]
+        name = name if name in names else name.removeprefix("material.")
         if name in names:
             return self.coefficients[names.index(name)]
         near = [known for known in names if known.startswith(f"{name}.")]

@@ -145,6 +145,6 @@ def test_true_values_from_a_scene_and_from_json(place):
     diffwhitted.save_scene(scene, "coloured.toml")
     unknowns = list_unknowns(scene, ["paint.k_d", "paint.k_h"])
     expected = {"paint.k_d.r": 0.1, "paint.k_d.g": 0.2, "paint.k_d.b": 0.3}
-    assert true_values(Path("coloured.toml"), unknowns) == pytest.approx(expected | {"paint.k_h": 0.3})
+    assert true_values(Path("coloured.toml"), scene, unknowns) == pytest.approx(expected | {"paint.k_h": 0.3})
     (place / "truth.json").write_text('{"paint.k_d": [0.1, 0.2, 0.3], "else.k_d": 1}')
-    assert true_values(Path("truth.json"), unknowns) == pytest.approx(expected)
+    assert true_values(Path("truth.json"), scene, unknowns) == pytest.approx(expected)

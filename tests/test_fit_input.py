@@ -6,8 +6,9 @@ import pytest
 import fitting
 from diffwhitted import Camera, DirectionalLight, InputError, Material, Scene, Sphere, render
 from fitting import FitError, Target
+from fitting.problem._free_names import free_parameters
 from fitting.problem._target import as_targets
-from fitting.problem._unknowns import free_coefficients, list_unknowns, start_values
+from fitting.problem._unknowns import list_unknowns, start_values
 
 
 def scene_of(name: str = "m", **coefficients) -> Scene:
@@ -45,7 +46,7 @@ def test_codes_are_no_light(dtype):
 @pytest.mark.parametrize("name", ["paint [matte]", "a*", "why?", "[x].1"])
 def test_a_material_s_name_may_hold_the_characters_of_wildcards(name):
     scene, full = scene_of(name), f"{name}.k_d"
-    assert free_coefficients(scene, [full])[0] == (full,)
+    assert free_parameters(scene, [full])[0] == (full,)
     unknowns = list_unknowns(scene, [full], {full: (0.2, 0.9)})
     assert unknowns[0].bounds == (0.2, 0.9)
     assert start_values(scene, unknowns, {full: 0.3}).tolist() == [0.3]
@@ -57,7 +58,7 @@ def test_a_plain_name_with_a_star_is_that_name_alone():
         materials={"a*": Material(k_d=0.5), "ab": Material(k_d=0.5)},
         lights=[DirectionalLight((0, 0, 1), 1)],
     )
-    assert free_coefficients(scene, ["a*.k_d"])[0] == ("a*.k_d",)
+    assert free_parameters(scene, ["a*.k_d"])[0] == ("a*.k_d",)
 
 
 @pytest.mark.parametrize(

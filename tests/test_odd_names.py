@@ -53,7 +53,7 @@ def test_a_named_pipe_is_refused_wherever_a_file_is_read(pipe):
             read(pipe)
     values = pipe.rename(pipe.with_suffix(".json"))
     with pytest.raises(dw.InputError, match="--truth .*: this is a named pipe"):
-        true_values(values, [])
+        true_values(values, dw.Scene(objects=[], materials={}), [])
     assert _read(values) == {}
 
 

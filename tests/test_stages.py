@@ -12,6 +12,7 @@ import pytest
 
 import diffwhitted as dw
 import fitting
+from diffwhitted.scene import marks_of
 from diffwhitted.tree import likely_room, make_plan
 from fitting.judging._rest import off_bound
 from fitting.problem import _views
@@ -43,7 +44,9 @@ def view(passes, random, footprint=0):
     camera = scene.cameras["main"]
     plan = make_plan(scene, camera, capacity=likely_room(camera), footprint=footprint, pass_of=-(-48 * 36 // passes))
     weight = random.uniform(0, 1, (36, 48)) * (random.uniform(size=(36, 48)) < 0.8)
-    return view_of(camera, random.uniform(size=(36, 48, 3)), weight, jnp.full((1, 1, 2), 0.5), 1.0, plan)
+    return view_of(
+        "main", random.uniform(size=(36, 48, 3)), weight, jnp.full((1, 1, 2), 0.5), 1.0, plan.program, marks_of(scene)
+    )
 
 
 def test_some_passes_weigh_as_much_as_all():

@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from ..scene import Camera, Scene, depth_number, split_name
+from ..scene import Camera, Scene, depth_number, find_parameter
 from ..tree import decide_effects, make_plan
 from ._effects import EffectCost, PictureCost, picture_cost
 from ._rays import RayCounts, count_rays
@@ -61,7 +61,7 @@ def explain(
     Raises `SceneError` for a free name that the scene does not have, and for a max_depth that is not one.
     """
     for name in free:
-        split_name(scene, name)
+        find_parameter(scene, name)
     max_depth = depth_number(max_depth)
     camera = camera.in_precision(scene.dtype)
     rays, room = count_rays(scene, camera, free, max_depth)

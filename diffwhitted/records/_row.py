@@ -1,7 +1,7 @@
 """Rows: what a record holds, said once.
 
-Each record has a table of rows, one a key. The check of a value when a record is built, the keys of scene files and their
-schema, the bounds and units of a fit and the names of its unknowns are all read from it.
+Each record has a table of rows, one a key. The check of a value when a record is built, the keys of scene files and
+their schema, the bounds and units of a fit and the names of its unknowns are all read from it.
 """
 
 from dataclasses import dataclass
@@ -11,13 +11,14 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from ._checks import number_array, require
+from ._scale import SCALES, Scale, ScaleName
 
 REQUIRED: Final = object()
 """In place of a default: the key must be stated."""
 
 Kind = Literal["number", "vector", "direction", "colour", "number or colour", "vectors", "colours", "text", "choice"]
-Scale = Literal["interval", "log", "log-excess", "unbounded"]
-Moves = Literal["nothing", "shadows", "rays"]
+Moves = Literal["nothing", "patterns", "shadows", "rays"]
+Freedom = Literal["each", "turn", "roll", "flat"]
 
 _SHAPES = {
     "number": ((),),
@@ -55,10 +56,21 @@ class Row:
     """Paper and equation."""
     fit_bounds: tuple[float, float] | None = None
     """Interval in which a fit looks for it unless told otherwise; None: no bounds, or those that its scale needs."""
-    scale: Scale = "interval"
-    """In what the unknown of a fit is linear: the value between bounds, log(value), log(value - 1), or the value itself."""
+    scale: ScaleName = "interval"
+    """In what the unknown of a fit is linear: the value between bounds, log(value), log(value - 1), or the value
+    itself.
+    """
     moves: Moves = "nothing"
-    """What a change of it moves in the picture: nothing (weights and colours alone), shadows, or the rays themselves."""
+    """What a change of it moves in the picture: nothing (weights and colours alone), the edges of patterns, shadows,
+    or the rays themselves."""
+    freedom: Freedom | None = None
+    """What a fit changes in it: each of its numbers; its direction by a turn of two angles; by a roll of one angle
+    about another direction; points within the plane in which they lie. None: by its kind, "turn" of a direction."""
+    about: str = ""
+    """Of a turn: the key of the point from which the direction goes to this one. Of a roll: two keys, "FROM TO", of the
+    points between which the axis runs."""
+    parts: tuple[str, ...] = ()
+    """Names of its numbers, where r, g, b of a colour or x, y, z of a vector do not fit."""
 
     @property
     def numeric(self) -> bool:
@@ -73,6 +85,23 @@ class Row:
     @property
     def moves_rays(self) -> bool:
         return self.moves == "rays"
+
+    @property
+    def free_by(self) -> Freedom:
+        """What a fit changes in it."""
+        return self.freedom or ("turn" if self.kind == "direction" else "each")
+
+    @property
+    def measured_in(self) -> Scale:
+        """Its scale."""
+        return SCALES[self.scale]
+
+    def components(self, shape: tuple[int, ...]) -> tuple[str, ...]:
+        """The names of its numbers for a value of that shape, such as "r" or "2.y"; none for one number."""
+        if not shape:
+            return ()
+        names = self.parts or (("r", "g", "b") if self.coloured or self.kind == "colours" else ("x", "y", "z"))
+        return tuple(f"{k}.{name}" for k in range(shape[0]) for name in names) if len(shape) == 2 else names
 
     def allowed(self) -> str:
         """The interval in words, such as ">= 0" or "between 0 and 180, both excluded"."""
@@ -108,7 +137,9 @@ def rows_of(record) -> dict[str, Row]:
 
 
 def read_rows(record, place: str, **values) -> None:
-    """Set the fields of a record that is being built, each checked by its row; None stays None where that is allowed."""
+    """Set the fields of a record that is being built, each checked by its row; None stays None where that is
+    allowed.
+    """
     rows = rows_of(record)
     for name, value in values.items():
         row = rows[name]

@@ -8,8 +8,10 @@ largest derivatives. These are traced a second time, by `SIDE` x `SIDE` trees ea
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -17,7 +19,7 @@ from jaxtyping import Array, Float
 from .._errors import SceneError
 from ..image import gathered
 from ..numerics._workers import side_by_side
-from ..scene import Camera, Scene, Tables, depth_number, marks_of, tabulate
+from ..scene import Camera, Scene, Tables, depth_number, marks_of, nearest_name, tabulate
 from ..tree import Plan, Samples, grid, likely_room, make_plan, record, replay, sample_places
 from ._sample_lists import film_of, traced_list
 
@@ -42,7 +44,7 @@ class Derivative:
 def derivative(
     make: Callable[[Float[Array, "..."]], Scene],
     value,
-    camera: Camera,
+    camera: Camera | str,
     *,
     free: tuple[str, ...] = (),
     max_depth: int | None = None,
@@ -53,28 +55,29 @@ def derivative(
 
         derivative(lambda n: replace_coefficient(scene, "glass.refractive_index", n), 1.5, camera)
 
+    - `camera`: as it stands, or by its name in the scene: then its rays move with it where `make` moves it.
     - `free`: coefficients whose derivative is wanted although they may be zero ("glass.k_s").
     - `footprint`: k x k filtered trees a pixel; 0 traces points, whose derivative does not see edges move.
     - `refine`: trace 2 x 2 trees for each of them in the pixels with the largest derivatives, a fifteenth of the
       picture
       at most. Only with a footprint.
 
-    `make` may change anything in the scene: coefficients, places, sizes, lights. Forward mode (Igehy 1999 for the
-    footprints; see `tree`). Raises `SceneError` for a footprint or depth that is not one, and `CapacityError` where
+    `make` may change anything in the scene: coefficients, places, sizes, lights, cameras. Forward mode (Igehy 1999 for
+    the footprints; see `tree`). Raises `SceneError` for a footprint or depth that is not one, and `CapacityError` where
     the tree outgrows the memory.
     """
     value = jnp.asarray(value, float)
     scene, tangent = eqx.filter_jvp(make, (value,), (jnp.ones_like(value),))
     if not isinstance(scene, Scene):
         raise SceneError(f"derivative: make(value) gave a {type(scene).__name__}; allowed is a Scene")
-    camera = camera.in_precision(scene.dtype)
+    camera, turn = _camera(scene, tangent, camera)
     plan = make_plan(
         scene, camera, free=free, max_depth=depth_number(max_depth), capacity=likely_room(camera), footprint=footprint
     )
     pixels, samples = camera.width * camera.height, _regular(plan, camera)
     marks = marks_of(scene, free)
     tables, along = eqx.filter_jvp(lambda scene: tabulate(scene, marks), (scene,), (tangent,))
-    program = partial(_pass, tables, along, camera, plan.program)
+    program = partial(_pass, (tables, camera), (along, turn), plan.program)
     films, counts = zip(*side_by_side(lambda one: film_of(program, plan, one), samples), strict=True)
     films, rays = np.stack(films), sum(counts)
     per_pixel = plan.side**2
@@ -113,12 +116,25 @@ def _largest(slope: np.ndarray) -> np.ndarray:
     return np.sort(np.argpartition(-size, most - 1)[:most]) if most else np.zeros(0, int)
 
 
-@eqx.filter_jit
-def _pass(tables: Tables, tangent: Tables, camera: Camera, plan: Plan, samples: Samples):
-    """One pass: value and derivative (2, 3, pixels), and the number of descendants."""
-    tree = record(tables, camera, plan, samples)
+def _camera(scene: Scene, tangent, camera: Camera | str) -> tuple[Camera, Any]:
+    """The camera, and how it changes; one that is none of the scene's does not."""
+    if isinstance(camera, str):
+        if camera not in scene.cameras:
+            known = ", ".join(scene.cameras) or "none at all"
+            raise SceneError(
+                f"derivative: no camera {camera!r}; there is {known}.{nearest_name(camera, scene.cameras)}"
+            )
+        return scene.cameras[camera], tangent.cameras[camera]
+    camera = camera.in_precision(scene.dtype)
+    return camera, jax.tree.map(lambda a: None, camera)
 
-    def film(tables):
+
+@eqx.filter_jit
+def _pass(seen: tuple[Tables, Camera], change, plan: Plan, samples: Samples):
+    """One pass of tables and camera: value and derivative (2, 3, pixels), and the number of descendants."""
+    tree = record(*seen, plan, samples)
+
+    def film(tables, camera):
         return replay(tables, camera, tree, plan, samples, forward=True).stacked(axis=0)
 
-    return jnp.stack(eqx.filter_jvp(film, (tables,), (tangent,))), tree.descendants
+    return jnp.stack(eqx.filter_jvp(film, seen, change)), tree.descendants

@@ -5,7 +5,16 @@ from ..shapes import OBJECTS, AbstractObject, Plane, Polygon, Sphere
 from ._camera import Camera
 from ._coefficients import BY_NAME, COEFFICIENTS, coefficients, including_coefficient
 from ._material import HIGHLIGHTS, HighlightModel, Material, textured_rows
-from ._names import coefficient_value, replace_coefficient, split_name
+from ._names import coefficient_value, replace_coefficient
+from ._parameters import (
+    FAMILIES,
+    WITHOUT_NAME,
+    Parameter,
+    find_parameter,
+    parameter_value,
+    parameters,
+    replace_parameter,
+)
 from ._scene import Precision, Scene, ShadowModel, TotalReflection, check_footprint, float_dtype
 from ._tables import Marks, Tables, marks_of, material_names, numbered_objects, tabulate, texture_names
 from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground, GradientBackground
@@ -13,11 +22,12 @@ from .lights import LIGHTS, AbstractLight, DirectionalLight, PointLight
 from .textures import TEXTURES, AbstractTexture, Checker
 
 __all__ = [
-    "BACKGROUNDS", "BY_NAME", "COEFFICIENTS", "DEEPEST", "HIGHLIGHTS", "LIGHTS", "OBJECTS", "TEXTURES",
-    "AbstractBackground", "AbstractLight", "AbstractObject", "AbstractTexture", "Camera", "Checker",
-    "ConstantBackground", "DirectionalLight", "GradientBackground", "HighlightModel", "Marks", "Material", "Plane",
-    "PointLight", "Polygon", "Precision", "Row", "Scene", "ShadowModel", "Sphere", "Tables", "TotalReflection",
-    "check_footprint", "coefficient_value", "coefficients", "depth_number", "float_dtype", "including_coefficient",
-    "is_traced", "marks_of", "material_names", "nearest_name", "numbered_objects", "replace_coefficient", "shortest",
-    "split_name", "tabulate", "texture_names", "textured_rows", "whole_number",
+    "BACKGROUNDS", "BY_NAME", "COEFFICIENTS", "DEEPEST", "FAMILIES", "HIGHLIGHTS", "LIGHTS", "OBJECTS", "TEXTURES",
+    "WITHOUT_NAME", "AbstractBackground", "AbstractLight", "AbstractObject", "AbstractTexture", "Camera", "Checker",
+    "ConstantBackground", "DirectionalLight", "GradientBackground", "HighlightModel", "Marks", "Material",
+    "Parameter", "Plane", "PointLight", "Polygon", "Precision", "Row", "Scene", "ShadowModel", "Sphere", "Tables",
+    "TotalReflection", "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter",
+    "float_dtype", "including_coefficient", "is_traced", "marks_of", "material_names", "nearest_name",
+    "numbered_objects", "parameter_value", "parameters", "replace_coefficient", "replace_parameter", "shortest",
+    "tabulate", "texture_names", "textured_rows", "whole_number",
 ]  # fmt: skip

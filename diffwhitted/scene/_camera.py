@@ -28,9 +28,9 @@ class Camera(eqx.Module):
     ROWS: ClassVar[tuple[Row, ...]] = (
         Row("look_from", "vector", "Position of the pinhole, metres.", unit="m", scale="unbounded", moves="rays"),
         Row("look_at", "vector", "A point in the middle of the picture, metres.", unit="m", scale="unbounded",
-            moves="rays"),
+            moves="rays", freedom="turn", about="look_from"),
         Row("up", "direction", "Direction that is up in the picture.", default=(0.0, 1.0, 0.0), scale="unbounded",
-            moves="rays"),
+            moves="rays", freedom="roll", about="look_from look_at"),
         Row("vfov_deg", "number", "Full vertical angle of view, degrees.", unit="deg", lowest=0, highest=180,
             excluded=True, moves="rays"),
     )  # fmt: skip

@@ -117,6 +117,11 @@ class Scene(eqx.Module):
             for thing in things:
                 registry.check(thing, "scene")
         _no_twins("light", [light.name for light in self.lights])
+        for light in self.lights:
+            if "." in light.name:
+                raise SceneError(
+                    f"light {light.name!r}: allowed is a name without a dot, so that its numbers have names"
+                )
         seen = set()
         for thing in self.objects:
             if thing.name in seen:

@@ -145,7 +145,7 @@ class Polygon(AbstractObject):
     TYPE: ClassVar[str] = "polygon"
     ROWS: ClassVar[tuple[Row, ...]] = (
         Row("vertices", "vectors", "Metres, counter-clockwise seen from outside.", unit="m", count=(3, None),
-            scale="unbounded", moves="rays"),
+            scale="unbounded", moves="rays", freedom="flat"),
     )  # fmt: skip
     ALSO: ClassVar[dict[str, tuple[Row, ...]]] = {"triangle": (replace(ROWS[0], count=(3, 3)),)}
     FAMILY: ClassVar[type[AbstractSurfaces]] = Polygons

@@ -117,6 +117,8 @@ def _flat(asked: Asked) -> str | None:
 
 def _no_ambient(asked: Asked) -> str | None:
     ambient = asked.scene.ambient
+    if "scene.ambient" in asked.free:
+        return None
     return "ambient = 0" if not is_traced(ambient) and not np.any(np.asarray(ambient) > 0) else None
 
 

@@ -1,4 +1,4 @@
-"""The command line: `diffwhitted render`, `fit`, `derivative`, `explain`, `tradeoff` and `schema`.
+"""The command line: `diffwhitted render`, `fit`, `derivative`, `explain`, `tradeoff`, `parameters` and `schema`.
 
 A command's file imports what it needs when it runs, so that `--help` does not wait for JAX. Every failure is
 one message on stderr and an exit code; there is never a traceback.
@@ -15,6 +15,7 @@ from ._explain import explain
 from ._failures import failed
 from ._fit import fit
 from ._options import SeveralValues
+from ._parameters import parameters
 from ._progress import say
 from ._render import render
 from ._schema import schema
@@ -37,6 +38,7 @@ app.command(cls=SeveralValues, short_help="Find material coefficients from pictu
 app.command(cls=SeveralValues, short_help="Show how a picture changes with a coefficient.")(derivative)
 app.command(cls=SeveralValues, short_help="Say what a picture costs, and why.")(explain)
 app.command(cls=SeveralValues, short_help="Measure what accuracy costs in time.")(tradeoff)
+app.command(short_help="List the numbers of a scene by name.")(parameters)
 app.command(short_help="Print the JSON Schema of scene files.")(schema)
 
 

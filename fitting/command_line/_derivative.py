@@ -8,18 +8,22 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ._environment import set_up
-from ._options import CameraName, Depth, Height, Precision, PrecisionName, ScenePath, Width, chosen_camera
+from ._options import CameraName, Depth, Height, Precision, PrecisionName, ScenePath, Width, chosen_camera, with_camera
 from ._progress import say
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from diffwhitted import Camera, Derivative, Scene
+    from diffwhitted import Derivative, Scene
+    from fitting.problem._unknowns import Unknown
 
 Of = Annotated[
     str,
     typer.Option(
-        "--of", metavar="NAME", show_default=False, help="MATERIAL.COEFFICIENT, such as glass.refractive_index."
+        "--of",
+        metavar="NAME",
+        show_default=False,
+        help="MATERIAL.COEFFICIENT, such as glass.refractive_index, or another name that `diffwhitted parameters` lists.",
     ),
 ]
 Out = Annotated[
@@ -97,18 +101,18 @@ def derivative(
 
     from diffwhitted import load_scene
     from diffwhitted.image import check_writable, write_image
-    from fitting.problem._unknowns import free_coefficients
 
     form = check_writable(out)
     loaded = load_scene(scene, precision=precision.value)
     name, view = chosen_camera(loaded, camera)
     view = view.resized(width, height)
-    free_coefficients(loaded, [of], depth)
-    found = derivative_image(loaded, view, of, depth, footprint, refine)
+    loaded = with_camera(loaded, name, view)
+    unknowns = unknowns_of(loaded, of, depth, name)
+    found = derivative_image(loaded, name, unknowns, depth, footprint, refine)
     slope = found.slope
     truth = None
     if check:
-        truth, step = difference_image(loaded, view, of, depth, check_samples, check_step)
+        truth, step = difference_image(loaded, name, unknowns, depth, check_samples, check_step)
     if form.bits:
         from ._signed import signed_picture
 
@@ -127,18 +131,36 @@ def derivative(
         print(agreement(slope, truth, check_samples, step))
 
 
+def unknowns_of(scene: Scene, name: str, depth: int | None, camera: str) -> tuple[Unknown, ...]:
+    """What changes: one number, or all channels of a colour at once. Raises `InputError` for several that are no
+    colour.
+    """
+    from diffwhitted import InputError
+    from fitting.problem._free_names import free_parameters
+    from fitting.problem._unknowns import list_unknowns
+
+    names, _ = free_parameters(scene, [name], depth, {camera})
+    unknowns = list_unknowns(scene, names)
+    one_colour = len({u.parameter for u in unknowns}) == 1 and all(u.row.coloured for u in unknowns)
+    if len(unknowns) > 1 and not one_colour:
+        raise InputError(f"--of {name}: these are several numbers; name one of {', '.join(u.name for u in unknowns)}")
+    return unknowns
+
+
 def derivative_image(
-    scene: Scene, camera: Camera, name: str, depth: int | None, footprint: int, refine: bool
+    scene: Scene, camera: str, unknowns: tuple[Unknown, ...], depth: int | None, footprint: int, refine: bool
 ) -> Derivative:
-    """Picture and derivative in a coefficient; of a coloured coefficient along all its channels at once."""
-    from diffwhitted import coefficient_value, replace_coefficient
+    """Picture and derivative in a number; of a colour along all its channels at once."""
+    import jax.numpy as jnp
+
     from diffwhitted import derivative as in_one_number
+    from fitting.problem._unknowns import insert, values_in
 
     return in_one_number(
-        lambda value: replace_coefficient(scene, name, value),
-        coefficient_value(scene, name),
+        lambda values: insert(scene, unknowns, values),
+        jnp.asarray(values_in(scene, unknowns, scene), scene.dtype),
         camera,
-        free=(name,),
+        free=tuple(dict.fromkeys(u.parameter.name for u in unknowns)),
         max_depth=depth,
         footprint=footprint,
         refine=refine,
@@ -146,29 +168,22 @@ def derivative_image(
 
 
 def difference_image(
-    scene: Scene, camera: Camera, name: str, depth: int | None, samples: int, step: float | None
+    scene: Scene, camera: str, unknowns: tuple[Unknown, ...], depth: int | None, samples: int, step: float | None
 ) -> tuple[Any, float]:
     """The central difference of two supersampled pictures, and half the distance between them."""
     import jax.numpy as jnp
     import numpy as np
 
-    from diffwhitted import coefficient_value, render, replace_coefficient
+    from diffwhitted import render
+    from fitting.problem._unknowns import insert, values_in
 
-    value = np.asarray(coefficient_value(scene, name))
-    step = step or max(1e-3 * float(value.max()), 5e-4)
-    ends = [
-        np.asarray(
-            render(
-                replace_coefficient(scene, name, jnp.asarray(value + d, scene.dtype)),
-                camera,
-                samples=samples,
-                max_depth=depth,
-                footprint=0,
-            ),
-            np.float64,
-        )
-        for d in (step, -step)
-    ]
+    values = values_in(scene, unknowns, scene)
+    step = step or max(1e-3 * float(abs(values).max()), 5e-4)
+    ends = []
+    for way in (step, -step):
+        moved = insert(scene, unknowns, jnp.asarray(values + way, scene.dtype))
+        picture = render(moved, moved.cameras[camera], samples=samples, max_depth=depth, footprint=0)
+        ends.append(np.asarray(picture, np.float64))
     return (ends[0] - ends[1]) / (2 * step), step
 
 

@@ -128,9 +128,9 @@ def draw_maps(scene: Scene, camera: Camera, depth: int | None, path: Path) -> No
 def _free_names(scene: Scene, patterns: list[str]) -> tuple[str, ...]:
     if not patterns:
         return ()
-    from fitting.problem._unknowns import free_coefficients
+    from fitting.problem._free_names import free_parameters, whole_names
 
-    return free_coefficients(scene, patterns)[0]
+    return whole_names(scene, free_parameters(scene, patterns)[0])
 
 
 def print_explanation(explanation: Explanation, title: str) -> None:

@@ -212,15 +212,16 @@ def fit(
 
 def checked_values(scene: Scene, free: Sequence[str], start: Sequence[str], bounds: Sequence[str], truth: Path | None):
     """Starts, bounds and true values by name, read and checked before any work is done."""
-    from fitting.problem._unknowns import free_coefficients, list_unknowns
+    from fitting.problem._free_names import free_parameters
+    from fitting.problem._unknowns import list_unknowns
 
     from ._named_values import intervals, numbers, true_values
 
     given_start, given_bounds = numbers("--start", start), intervals("--bounds", bounds)
     if truth is None:
         return given_start, given_bounds, None
-    names, _ = free_coefficients(scene, free)
-    return given_start, given_bounds, true_values(truth, list_unknowns(scene, names, given_bounds))
+    names, _ = free_parameters(scene, free)
+    return given_start, given_bounds, true_values(truth, scene, list_unknowns(scene, names, given_bounds))
 
 
 def check_folder(folder: Path) -> None:

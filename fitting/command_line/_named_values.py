@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diffwhitted import InputError, SceneError, coefficient_value, load_scene
+from diffwhitted import InputError, SceneError, load_scene
 from diffwhitted._files import not_a_file
-from fitting.problem._unknowns import CHANNELS, Unknown
+from fitting.problem._freedoms import read
+from fitting.problem._unknowns import Unknown
 
 if TYPE_CHECKING:
     from diffwhitted import Scene
@@ -56,18 +57,13 @@ def files_of_cameras(option: str, given: Sequence[str], cameras: Mapping, defaul
     return found
 
 
-def true_values(path: Path, unknowns: Sequence[Unknown]) -> dict[str, float]:
-    """True values by the names of the unknowns, from a scene or from JSON {name: value}.
+def true_values(path: Path, scene: Scene, unknowns: Sequence[Unknown]) -> dict[str, float]:
+    """True values by the names of the unknowns, from a scene or from JSON {name: value}; angles are counted from
+    `scene`.
 
     Raises `InputError` where the file cannot be read or holds none of them.
     """
-    held = _from_scene(path, unknowns) if path.suffix.lower() == ".toml" else _from_json(path)
-    known = {}
-    for unknown in unknowns:
-        value = held.get(unknown.name, held.get(unknown.coefficient))
-        if value is not None:
-            values = np.ravel(value)
-            known[unknown.name] = float(values[(unknown.channel or 0) if len(values) == len(CHANNELS) else 0])
+    known = _from_scene(path, scene, unknowns) if path.suffix.lower() == ".toml" else _of_json(path, unknowns)
     if not known:
         raise InputError(
             f"--truth {path}: it holds none of the free coefficients {', '.join(u.name for u in unknowns)}"
@@ -75,15 +71,25 @@ def true_values(path: Path, unknowns: Sequence[Unknown]) -> dict[str, float]:
     return known
 
 
-def _from_scene(path: Path, unknowns: Sequence[Unknown]) -> dict:
-    scene: Scene = load_scene(path)
-    held = {}
-    for name in {u.coefficient for u in unknowns}:
+def _from_scene(path: Path, scene: Scene, unknowns: Sequence[Unknown]) -> dict[str, float]:
+    other, known = load_scene(path), {}
+    for unknown in unknowns:
         try:
-            held[name] = np.asarray(coefficient_value(scene, name), np.float64)
-        except SceneError:
-            continue
-    return held
+            values = read(scene, unknown.parameter, other)
+        except (SceneError, LookupError, AttributeError):
+            continue  # The other scene has no such record.
+        known[unknown.name] = float(values[unknown.part if len(values) > 1 else 0])
+    return known
+
+
+def _of_json(path: Path, unknowns: Sequence[Unknown]) -> dict[str, float]:
+    held, known = _from_json(path), {}
+    for unknown in unknowns:
+        value = held.get(unknown.name, held.get(unknown.parameter.name))
+        if value is not None:
+            values = np.ravel(value)
+            known[unknown.name] = float(values[unknown.part if len(values) > unknown.part else 0])
+    return known
 
 
 def _from_json(path: Path) -> dict:
@@ -98,12 +104,14 @@ def _from_json(path: Path) -> dict:
     except ValueError as error:
         raise InputError(f"--truth {path}: neither a scene (.toml) nor JSON: {error}") from None
     if not isinstance(held, dict) or not all(_is_value(value) for value in held.values()):
-        raise InputError(f'--truth {path}: allowed is {{"NAME": NUMBER, ...}}, or three numbers for a colour')
+        raise InputError(
+            f'--truth {path}: allowed is {{"NAME": NUMBER, ...}}, or three numbers for a colour or a place'
+        )
     return held
 
 
 def _is_value(value) -> bool:
-    parts = value if isinstance(value, list) and len(value) in (1, len(CHANNELS)) else [value]
+    parts = value if isinstance(value, list) and len(value) in (1, 3) else [value]
     return all(isinstance(part, (int, float)) and not isinstance(part, bool) for part in parts)
 
 

@@ -174,3 +174,10 @@ def chosen_camera(scene: Scene, name: str | None) -> tuple[str, Camera]:
             f"--camera {name}: there is no such camera; there is {', '.join(known)}.{nearest_name(name, known)}"
         )
     return name, scene.cameras[name]
+
+
+def with_camera(scene: Scene, name: str, camera: Camera) -> Scene:
+    """The scene with another camera of that name."""
+    import equinox as eqx
+
+    return eqx.tree_at(lambda s: s.cameras[name], scene, camera)

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ._environment import set_up
-from ._options import CameraName, Height, ScenePath, Width, chosen_camera
+from ._options import CameraName, Height, ScenePath, Width, chosen_camera, with_camera
 from ._progress import Progress, safe, say
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from diffwhitted import Camera, Scene
+    from diffwhitted import Scene
     from fitting.comparing._tradeoff import Point, Tradeoff
     from fitting.comparing._tradeoff_fit import FitPoint, FitTradeoff
 
@@ -152,20 +152,14 @@ def tradeoff(
         say(f"Page: {written[-1]}")
 
 
-def with_camera(scene: Scene, name: str, camera: Camera) -> Scene:
-    """The scene with another camera of that name."""
-    import equinox as eqx
-
-    return eqx.tree_at(lambda s: s.cameras[name], scene, camera)
-
-
 def check_free(scene: Scene, free: list[str] | None, start: dict[str, float]) -> None:
     """Raise `FitError` now rather than after the pictures for names that are none."""
     from diffwhitted import InputError
-    from fitting.problem._unknowns import free_coefficients, list_unknowns, start_values
+    from fitting.problem._free_names import free_parameters
+    from fitting.problem._unknowns import list_unknowns, start_values
 
     if free:
-        names, _ = free_coefficients(scene, free)
+        names, _ = free_parameters(scene, free)
         start_values(scene, list_unknowns(scene, names), start)
     elif start:
         raise InputError("--start without --free: there is no fit to begin; name coefficients with --free")

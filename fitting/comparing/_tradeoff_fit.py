@@ -12,14 +12,14 @@ import numpy as np
 
 from diffwhitted import Scene, decide_effects
 from diffwhitted.accuracy._survey import front
-from diffwhitted.scene import coefficient_value
 
 from .._errors import FitError
 from .._fit import fit
 from .._result import FitResult, FittedCoefficient
 from ..problem._bounds import Bounds
+from ..problem._free_names import free_parameters, whole_names
 from ..problem._target import Target
-from ..problem._unknowns import Unknown, free_coefficients, list_unknowns, start_values
+from ..problem._unknowns import Unknown, list_unknowns, start_values, values_in
 from ._fit_knobs import COMBINATIONS, FIT_KNOBS, FitKnob, FitSettings
 from ._tradeoff import COMBINATION, OnWork, seconds_text
 
@@ -161,11 +161,11 @@ def tradeoff_of_fits(
     A depth at which a free coefficient would have no effect is left out. Raises `FitError` as `fit` does.
     """
     work = on_work or (lambda text, done: None)
-    names, _ = free_coefficients(scene, free)
+    names, _ = free_parameters(scene, free)
     unknowns = list_unknowns(scene, names)
     first = start_values(scene, unknowns, {**_middle(unknowns), **(start or {})})
     begin = {u.name: float(value) for u, value in zip(unknowns, first, strict=True)}
-    default = FitSettings.of(scene, any(u.row.moves_rays for u in unknowns), knobs)
+    default = FitSettings.of(scene, any(u.moves for u in unknowns), knobs)
     height, width = np.shape(target.image)[:2]
     programs = _programs(scene, names, default, combinations, height * width)
 
@@ -187,16 +187,14 @@ def _middle(unknowns: tuple[Unknown, ...]) -> dict[str, float]:
 
 
 def _truth(scene: Scene, unknowns: tuple[Unknown, ...]) -> np.ndarray:
-    return np.asarray(
-        [np.asarray(coefficient_value(scene, u.coefficient), np.float64).reshape(-1)[u.channel or 0] for u in unknowns]
-    )
+    return values_in(scene, unknowns, scene)
 
 
 def _programs(
     scene: Scene, names: tuple[str, ...], default: FitSettings, combinations, pixels: int
 ) -> dict[FitSettings, list[str]]:
     """The settings to measure, and the sweeps that each lies in."""
-    effects = {d.name: d.on for d in decide_effects(scene, names)}
+    effects = {d.name: d.on for d in decide_effects(scene, whole_names(scene, names))}
     branching, found = effects["reflection"] or effects["refraction"], {default: []}
     swept = [knob for knob in default.knobs if (branching or knob.group != "tree") and pixels >= knob.least_pixels]
     for knob in swept:
@@ -215,7 +213,7 @@ def _programs(
 def _have_effect(scene: Scene, names: tuple[str, ...], depth: int) -> bool:
     """Would all of these coefficients change a picture of this depth?"""
     try:
-        return free_coefficients(scene, names, depth)[0] == names
+        return free_parameters(scene, names, depth)[0] == names
     except FitError:
         return False
 

@@ -93,26 +93,17 @@ def _intervals(values, error, unknowns) -> np.ndarray:
     """95 % intervals: symmetric in the coefficient's own scale, within the bounds of what it can be."""
     ends = np.empty((len(unknowns), 2))
     for i, u in enumerate(unknowns):
-        offset = {"interval": None, "log": 0.0, "log-excess": 1.0}[u.row.scale]
-        if offset is None:
-            ends[i] = values[i] - QUANTILE * error[i], values[i] + QUANTILE * error[i]
-        else:
-            factor = np.exp(np.minimum(QUANTILE * error[i] / (values[i] - offset), 700))
-            ends[i] = offset + (values[i] - offset) / factor, offset + (values[i] - offset) * factor
-        ends[i] = np.clip(ends[i], *u.bounds)
+        scale = u.row.measured_in
+        half, middle = QUANTILE * error[i] * scale.slope(values[i]), scale.forward(values[i])
+        ends[i] = np.clip([scale.inverse(middle - half), scale.inverse(middle + half)], *u.bounds)
     return ends
 
 
 def _scaled_error(error, values, unknowns) -> np.ndarray:
     """The standard error in the coefficient's own scale (value, log value, log(value - 1))."""
-    offsets = np.asarray([{"interval": np.nan, "log": 0.0, "log-excess": 1.0}[u.row.scale] for u in unknowns])
-    return np.where(np.isnan(offsets), error, error / np.where(np.isnan(offsets), 1, values - offsets))
+    return error * np.asarray([u.row.measured_in.slope(v) for u, v in zip(unknowns, values, strict=True)])
 
 
 def _scaled_width(unknowns) -> np.ndarray:
-    def width(u: Unknown) -> float:
-        offset = {"interval": None, "log": 0.0, "log-excess": 1.0}[u.row.scale]
-        low, high = u.bounds
-        return high - low if offset is None else float(np.log((high - offset) / (low - offset)))
-
-    return np.asarray([width(u) for u in unknowns])
+    low, high = (np.asarray([u.row.measured_in.forward(u.bounds[end]) for u in unknowns]) for end in (0, 1))
+    return high - low

@@ -41,7 +41,9 @@ def unsettled(
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
     near = np.fmax(ON_THE_BOUND * (high - low), HELD * known.standard_error)
     step = next_step(values, factor, remainder, known.seen, near, unknowns, precision)
-    allowed = share * np.maximum(abs(values), 0.01 * np.minimum(high - low, 1))
+    # What has a lowest value is small against 1; what has none, such as a place, against its interval.
+    least = np.where([u.row.lowest > -np.inf for u in unknowns], np.minimum(high - low, 1), high - low)
+    allowed = share * np.maximum(abs(values), 0.01 * least)
     return abs(step) > np.fmax(allowed, errors * known.spread)
 
 
@@ -73,9 +75,9 @@ def nearly(
     values: np.ndarray, factor: np.ndarray, remainder: np.ndarray, unknowns: tuple[Unknown, ...], precision: float
 ) -> bool:
     """Is the next step small enough to go on with a sharper picture?"""
-    lowest = np.asarray([u.row.lowest for u in unknowns])
+    sizes = np.asarray([u.size(value) for u, value in zip(unknowns, values, strict=True)])
     step = _step(factor, remainder, np.linalg.norm(factor, axis=0) > 0, precision)
-    return bool(np.all(abs(step) <= NEARLY * np.maximum(values - lowest, NEARLY)))
+    return bool(np.all(abs(step) <= NEARLY * np.maximum(sizes, NEARLY)))
 
 
 def on_bound(values: np.ndarray, unknowns: tuple[Unknown, ...]) -> np.ndarray:

@@ -17,12 +17,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from diffwhitted.records import SCALES
+
 from ._unknowns import Unknown
 
 NUDGE = 1e-3
 """A start on a bound is moved inside by this share of the interval, since the slope is zero there."""
-
-_OFFSET = {"interval": None, "log": 0.0, "log-excess": 1.0}
 
 
 class Bounds(eqx.Module):
@@ -60,11 +60,7 @@ class Bounds(eqx.Module):
         return jax.jvp(self.values, (x,), (jnp.ones_like(x),))[1]
 
     def _scaled(self, values):
-        return jnp.stack(
-            [v if (o := _OFFSET[s]) is None else jnp.log(v - o) for v, s in zip(values, self.scales, strict=True)]
-        )
+        return jnp.stack([SCALES[name].forward(value) for value, name in zip(values, self.scales, strict=True)])
 
     def _unscaled(self, values):
-        return jnp.stack(
-            [v if (o := _OFFSET[s]) is None else jnp.exp(v) + o for v, s in zip(values, self.scales, strict=True)]
-        )
+        return jnp.stack([SCALES[name].inverse(value) for value, name in zip(values, self.scales, strict=True)])

@@ -42,12 +42,12 @@ class Problem(eqx.Module):
 
     @property
     def moves(self) -> bool:
-        """Does any of the unknowns move rays?"""
+        """Does any of the unknowns move rays, shadows or patterns?"""
         return any_moves(self.unknowns)
 
 
 def any_moves(unknowns: tuple[Unknown, ...]) -> bool:
-    return any(u.row.moves_rays for u in unknowns)
+    return any(u.moves for u in unknowns)
 
 
 def prepared(scene: Scene, unknowns: tuple[Unknown, ...], values, view: View, moving: bool) -> View:
@@ -165,21 +165,24 @@ def record_part(scene: Scene, unknowns: tuple[Unknown, ...], values, part: Part)
     if part.plan.effects.cutoff:
         values = jnp.stack(
             [
-                jnp.asarray(u.bounds[1], values.dtype) if u.row.name in ("k_s", "k_t") else v
+                jnp.asarray(u.bounds[1], values.dtype)
+                if u.parameter.family == "material" and u.row.name in ("k_s", "k_t")
+                else v
                 for u, v in zip(unknowns, values, strict=True)
             ]
         )
-    tables = tabulate(insert(scene, unknowns, values), part.marks)
-    return jax.lax.map(lambda place: record(tables, part.camera, part.plan, part.samples(place)), part.places)
+    inserted = insert(scene, unknowns, values)
+    tables, camera = tabulate(inserted, part.marks), inserted.cameras[part.camera]
+    return jax.lax.map(lambda place: record(tables, camera, part.plan, part.samples(place)), part.places)
 
 
 def _film(scene: Scene, part: Part, trees: Record) -> Float[Array, "3 pixels"]:
     """The pixels of one part, averaged over the samples."""
-    tables = tabulate(scene, part.marks)
+    tables, camera = tabulate(scene, part.marks), scene.cameras[part.camera]
 
     def one_sample(sample):
         tree, place = sample
-        return replay(tables, part.camera, tree, part.plan, part.samples(place), forward=True).stacked(axis=0)
+        return replay(tables, camera, tree, part.plan, part.samples(place), forward=True).stacked(axis=0)
 
     return jax.lax.map(one_sample, (trees, part.places)).mean(axis=0)
 

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from diffwhitted.image import dealt, gathered
-from diffwhitted.scene import Camera, Marks
+from diffwhitted.scene import Marks
 from diffwhitted.tree import Plan, Record, Samples, sample_places
 
 PART_PIXELS, PART_RAYS = 20_000, 2_000
@@ -25,7 +25,6 @@ unknowns).
 class Part(eqx.Module):
     """One pass of a target."""
 
-    camera: Camera
     target: Float[Array, "3 pixels"]
     weight: Float[Array, "pixels"]
     """Square root of the mask over the noise, divided by the root of the number of residuals."""
@@ -44,6 +43,8 @@ class Part(eqx.Module):
     marks: Marks
     """Of the scene, whose values are traced in the programs of a fit."""
     plan: Plan = eqx.field(static=True)
+    camera: str = eqx.field(static=True)
+    """Its name in the scene, whose camera a fit may move."""
 
     def samples(self, place: Float[Array, "2"]) -> Samples:
         """Where the rays of one sample a pixel go."""
@@ -70,7 +71,7 @@ class View(eqx.Module):
 
 
 def view_of(
-    camera: Camera,
+    camera: str,
     image: np.ndarray,
     weight: np.ndarray,
     places: Float[Array, "groups samples 2"],
@@ -89,7 +90,6 @@ def view_of(
     each = dealt(jnp.asarray(content, dtype), passes, plan.pass_pixels)
     parts = [
         Part(
-            camera,
             each[n, :3],
             each[n, 3],
             each[n, 4],
@@ -100,6 +100,7 @@ def view_of(
             None,
             marks,
             plan,
+            camera,
         )
         for group in places
         for n in range(passes)

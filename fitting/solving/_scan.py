@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..problem._problem import Problem, factorise
+from ..problem._unknowns import Unknown
 
 PLACES = 10
 CLEARLY = 0.7
@@ -20,7 +21,7 @@ def best_of(problem: Problem, start: np.ndarray, sigma: float) -> np.ndarray:
     """
     shares = (np.arange(PLACES) + 0.5) / PLACES
     best, least = start, CLEARLY * _loss(problem, start, sigma)
-    for i in (i for i, unknown in enumerate(problem.unknowns) if unknown.row.moves_rays):
+    for i in (i for i, unknown in enumerate(problem.unknowns) if _several_valleys(unknown)):
         along = np.asarray(problem.bounds.unknowns(jnp.asarray(best, float)))
         for share in shares:
             place = np.asarray(
@@ -31,6 +32,11 @@ def best_of(problem: Problem, start: np.ndarray, sigma: float) -> np.ndarray:
             if (loss := _loss(problem, place, sigma)) < least:
                 best, least = place, loss
     return best
+
+
+def _several_valleys(unknown: Unknown) -> bool:
+    """Is it a coefficient that moves rays? Places and sizes have one valley as far as the blur reaches."""
+    return unknown.parameter.family == "material" and unknown.row.moves_rays
 
 
 def _loss(problem: Problem, values: np.ndarray, sigma: float) -> float:

@@ -57,7 +57,7 @@ def stages_of(problem: Problem, targets: tuple[CheckedTarget, ...], coarse_to_fi
         return nearly(values, factor, remainder, problem.unknowns, 1e-4)
 
     moving, found = problem.moves, []
-    camera = problem.views[0].parts[0].camera
+    camera = problem.scene.cameras[problem.views[0].parts[0].camera]
     fewest = min(view.weight.size for view in problem.views)
     for blur in blurs(camera.width, camera.height)[:-1] if moving else ():
         step = _step(fewest, blur) if coarse_to_fine else 1

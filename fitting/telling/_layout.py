@@ -15,7 +15,7 @@ def folded(names: Sequence[str]) -> list[str]:
 
 def _folded(name: str) -> str:
     parts = name.split(".")
-    tail = 2 if len(parts) > 2 and parts[-1] in ("r", "g", "b") else 1
+    tail = 2 if len(parts) > 2 and len(parts[-1]) == 1 else 1
     return f"{'.'.join(parts[:-tail])}\n.{'.'.join(parts[-tail:])}" if len(parts) > 1 else name
 
 

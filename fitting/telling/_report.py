@@ -27,6 +27,7 @@ from ._tables import (
     short,
     stage_text,
     status_sentence,
+    what_moves,
 )
 
 _LARGEST_SIDE = 1024  # pixels of a picture in the page; larger ones are averaged down
@@ -58,6 +59,7 @@ def report_html(result: FitResult, *, title: str, truth: Mapping[str, float] | N
         rows=_rows(result, truth),
         has_truth=any(coefficient.name in truth for coefficient in result.coefficients),
         has_units=any(coefficient.unit not in ("", "1") for coefficient in result.coefficients),
+        moves=what_moves(result),
         undetermined=[coefficient for coefficient in result.coefficients if not coefficient.identifiable],
         correlation=_correlation(result),
         curve=_curve(result),

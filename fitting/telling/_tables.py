@@ -180,7 +180,7 @@ def coefficient_table(result: FitResult, truth: Mapping[str, float] | None = Non
     columns, widths = _laid_out(columns, width)
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
     for (header, _), column_width in zip(columns.items(), widths or [None] * len(columns), strict=True):
-        left = header in ("coefficient", "95 % interval")
+        left = header in ("coefficient", "unit", "95 % interval")
         table.add_column(header, justify="left" if left else "right", width=column_width, overflow="fold")
     for cells in zip(*columns.values(), strict=True):
         table.add_row(*map(Text, cells))
@@ -189,7 +189,7 @@ def coefficient_table(result: FitResult, truth: Mapping[str, float] | None = Non
 
 def _columns(result: FitResult, truth: Mapping[str, float] | None) -> tuple[dict[str, list[str]], list[str]]:
     """The cells of each column by its header, and the notes."""
-    columns = {"coefficient": [], "start": [], "value": [], "95 % interval": [], "truth": [], "off by": []}
+    columns = {"coefficient": [], "start": [], "value": [], "unit": [], "95 % interval": [], "truth": [], "off by": []}
     notes = []
     for coefficient in result.coefficients:
         value, interval = value_text(coefficient), interval_text(coefficient)
@@ -201,13 +201,15 @@ def _columns(result: FitResult, truth: Mapping[str, float] | None) -> tuple[dict
             coefficient.name,
             f"{coefficient.start:.4g}",
             value if coefficient.identifiable else f"({value})",
+            "" if coefficient.unit == "1" else coefficient.unit,
             interval,
             "" if true_value is None else f"{true_value:.4g}",
             "" if true_value is None else deviation_text(coefficient, true_value),
         )
         for column, cell in zip(columns.values(), cells, strict=True):
             column.append(cell)
-    left_out = ("truth", "off by") if truth is None else ("start",)
+    left_out = {"truth", "off by"} if truth is None else {"start"}
+    left_out |= {"unit"} - {"unit" for cell in columns["unit"] if cell}
     return {header: cells for header, cells in columns.items() if header not in left_out}, notes
 
 
@@ -244,6 +246,17 @@ def stage_text(stage: FitStage) -> str:
     return f"{stage.name}: {stage.steps} step{'' if stage.steps == 1 else 's'} in {seconds_text(stage.seconds)}"
 
 
+def what_moves(result: FitResult) -> str:
+    """Which of the numbers move rays, shadows or patterns, in a sentence; empty where none does."""
+    said = []
+    for moves in ("rays", "shadows", "patterns"):
+        names = [c.name for c in result.coefficients if c.moves == moves]
+        if names:
+            some = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+            said.append(f"{moves} ({some})")
+    return f"A change moves {'; '.join(said)}." if said else ""
+
+
 def summary_lines(result: FitResult) -> list[str]:
     """What to print around the table: the status in words, the message, the error, the effort."""
     lines = [f"{STATUS_WORDS[result.status]}. {status_sentence(result)}"]
@@ -257,6 +270,8 @@ def summary_lines(result: FitResult) -> list[str]:
         f"{count} coefficient{'' if count == 1 else 's'}, rank {result.rank}; {steps}{starts} in "
         f"{seconds_text(result.seconds_solve)}, after {seconds_text(result.seconds_compile)} of compiling."
     )
+    if moves := what_moves(result):
+        lines.append(moves)
     if len(result.stages) > 1:
         lines.append("From coarse to fine: " + "; ".join(stage_text(stage) for stage in result.stages) + ".")
     return lines

@@ -22,7 +22,7 @@ class Checker(AbstractTexture):
     ROWS: ClassVar[tuple[Row, ...]] = (
         Row("colours", "colours", "Two linear RGB colours, even first.", lowest=0, count=(2, 2), fit_bounds=(0.0, 1.0)),
         Row("size", "number", "Edge s of a cell, metres.", unit="m", default=1.0, lowest=0, excluded=True, scale="log",
-            moves="shadows"),
+            moves="patterns"),
         Row("axes", "text", "The axes that are counted.", default="xyz", pattern="^[xyz]{1,3}$"),
     )  # fmt: skip
     FOOTPRINT: ClassVar[bool] = True

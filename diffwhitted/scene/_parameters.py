@@ -1,0 +1,261 @@
+"""Names of numbers: what a scene holds, a name for each of them, reading and replacing.
+
+    glass.k_d   material.glass.k_d   light.key.colour.r   object.ball.centre.x   object.roof.vertices.2.y
+    camera.main.look_from   texture.tiles.colours.0.r   texture.tiles.size   scene.ambient   background.top.b
+
+The family word comes first; a name without one is a material's. What numbers a record has, its rows say, so that a new
+kind of light or shape has its names by itself.
+"""
+
+import inspect
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._errors import SceneError
+from ..records import Row, changed, is_traced, nearest_name, rows_of
+from ._coefficients import BY_NAME, coefficients
+from ._material import checked
+from ._scene import Scene
+
+SETTINGS = (Row("ambient", "colour", "Ambient light I_a, linear RGB; multiplies k_a.", lowest=0),)
+"""The numbers of the table [scene] that have a name."""
+FAMILIES = ("light", "object", "camera", "texture")
+"""The families whose members have names, beside the materials."""
+WITHOUT_NAME = ("scene", "background")
+"""The family words that are followed by the key itself."""
+Index = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """What a name stands for: one key of one record of a scene, a number or several; hashable."""
+
+    family: str
+    """"material", "light", "object", "camera", "texture", "scene" or "background"."""
+    owner: str
+    """The name of the record; empty for the last two families."""
+    row: Row
+    """Its unit, interval, scale, and what a change of it moves."""
+
+    @property
+    def name(self) -> str:
+        """Such as "light.key.colour"; of a material without the family word."""
+        words = (self.owner,) if self.family == "material" else (self.family, self.owner)
+        return ".".join(word for word in (*words, self.row.name) if word)
+
+    @property
+    def place(self) -> str:
+        """The record, as messages call it."""
+        return f"{self.family} {self.owner!r}" if self.owner else self.family
+
+    def value(self, scene: Scene):
+        """Its value; an absent k_h reads as k_s."""
+        if self.family == "material":
+            return scene.materials[self.owner].at_work(self.row.name)
+        return getattr(self.record(scene), self.row.name)
+
+    def replaced(self, scene: Scene, value) -> Scene:
+        """The scene with another value; differentiable. Raises `SceneError` for a wrong shape or a value that is not
+        allowed.
+        """
+        if self.family == "material":
+            array = checked(self.row.name, value, self.place)
+        else:
+            array = self.row.read(value, self.place)
+            if jnp.shape(array) != jnp.shape(self.value(scene)):
+                allowed = jnp.shape(self.value(scene))
+                raise SceneError(f"{self.place}: {self.row.name} has shape {array.shape}; allowed is {allowed}")
+        array = array.astype(scene.dtype)
+        match self.family:
+            case "material":
+                record = scene.materials[self.owner]
+                new = changed(record, values={**record.values, self.row.name: array})
+                return changed(scene, materials={**scene.materials, self.owner: new})
+            case "scene":
+                return changed(scene, **{self.row.name: array})
+        record = self.record(scene)
+        new = changed(record, **{self.row.name: array})
+        if not any(map(is_traced, jax.tree.leaves(new))):
+            _check(new, self.place)
+        if self.family == "background":
+            return changed(scene, background=new)
+        field, held = self._held(scene)
+        if isinstance(held, Mapping):
+            return changed(scene, **{field: {**held, self.owner: new}})
+        return changed(scene, **{field: tuple(new if thing is record else thing for thing in held)})
+
+    def components(self, scene: Scene) -> tuple[str, ...]:
+        """The names of its numbers within it, such as "r" or "2.y"; none where it is one number."""
+        return self.row.components(jnp.shape(self.value(scene)))
+
+    def index(self, scene: Scene, component: str) -> Index:
+        """Where a component lies in the value. Raises `SceneError` where there is none of that name."""
+        names = self.components(scene)
+        if component not in names:
+            grey = self.row.coloured and not names and component in ("r", "g", "b")
+            there = (
+                f"in the scene {self.row.name} is one number, the same for all channels. Write three numbers there, such as "
+                f"{self.row.name} = [{', '.join([f'{float(self.value(scene)):g}'] * 3)}]"
+                if grey and not is_traced(self.value(scene))
+                else f"there is {', '.join(names)}"
+                if names
+                else "it is one number"
+            )
+            raise SceneError(f"{self.name}.{component}: {self.name} has no component {component!r}; {there}")
+        return tuple(map(int, np.unravel_index(names.index(component), jnp.shape(self.value(scene)))))
+
+    def _held(self, scene: Scene):
+        """The field of the scene that holds the family, and what is there."""
+        field = f"{self.family}s"
+        return field, getattr(scene, field)
+
+    def record(self, scene: Scene):
+        """What holds it: a light, an object, a camera, ..., or the scene itself."""
+        if self.family in WITHOUT_NAME:
+            return scene if self.family == "scene" else scene.background
+        return scene.materials[self.owner] if self.family == "material" else _members(scene, self.family)[self.owner]
+
+
+def parameters(scene: Scene) -> tuple[Parameter, ...]:
+    """All numbers of a scene that have a name, family by family, materials first.
+
+    Left out is what is not there (an attenuation that is not stated) and what belongs to an object, camera or texture
+    whose name has a dot in it.
+    """
+    return tuple(_all(scene))
+
+
+def find_parameter(scene: Scene, name: str) -> tuple[Parameter, Index | None]:
+    """What a name stands for and, where it names one number of several, where that lies in the value.
+
+    Raises `SceneError` naming the nearest record, key or component.
+    """
+    family, _, rest = name.partition(".")
+    known_material = _of_material(scene, name) or _of_material(scene, name.removeprefix("material."))
+    if known_material is None and (family in FAMILIES or family in WITHOUT_NAME):
+        parameter, component = _of_family(scene, name, family, rest)
+    elif known_material is None:
+        parameter, component = _no_material(scene, name.removeprefix("material."))
+    else:
+        parameter, component = known_material
+    return parameter, parameter.index(scene, component) if component else None
+
+
+def parameter_value(scene: Scene, name: str):
+    """The value of a number of the scene by its name, or of one of its components. Raises `SceneError` for an unknown
+    name.
+    """
+    parameter, index = find_parameter(scene, name)
+    value = parameter.value(scene)
+    return value if index is None else value[index]
+
+
+def replace_parameter(scene: Scene, name: str, value) -> Scene:
+    """The scene with one of its numbers replaced by name, or one component of it; differentiable in `value`.
+
+        jax.grad(lambda x: loss(render(replace_parameter(scene, "light.key.position.x", x), camera)))(3.0)
+
+    Of a camera it is `scene.cameras[NAME]` that changes. Raises `SceneError` for an unknown name, a wrong shape, or a
+    value that is not allowed (a traced value is not checked).
+    """
+    parameter, index = find_parameter(scene, name)
+    if index is not None:
+        value = jnp.asarray(parameter.value(scene)).at[index].set(value)
+    return parameter.replaced(scene, value)
+
+
+def _all(scene: Scene) -> Iterator[Parameter]:
+    for name in scene.materials:
+        yield from (Parameter("material", name, row) for row in coefficients())
+    for family in FAMILIES:
+        for name, record in _members(scene, family).items():
+            if "." not in name:
+                yield from (Parameter(family, name, row) for row in _there(record))
+    yield from (Parameter("scene", "", row) for row in SETTINGS)
+    yield from (Parameter("background", "", row) for row in _there(scene.background))
+
+
+def _members(scene: Scene, family: str) -> Mapping:
+    """The records of a family by name."""
+    held = getattr(scene, f"{family}s")
+    return held if isinstance(held, Mapping) else {thing.name: thing for thing in held}
+
+
+def _there(record) -> Iterator[Row]:
+    """The rows of what a record holds in numbers."""
+    return (row for row in record.ROWS if row.numeric and getattr(record, row.name) is not None)
+
+
+def _of_material(scene: Scene, name: str) -> tuple[Parameter, str] | None:
+    """The coefficient of a material and a component of it; a material's own name may hold dots."""
+    whole, _, component = name.rpartition(".")
+    for name_of, part in ((name, ""), (whole, component)):
+        material, _, coefficient = name_of.rpartition(".")
+        if material in scene.materials and coefficient in BY_NAME:
+            return Parameter("material", material, BY_NAME[coefficient]), part
+    return None
+
+
+def _of_family(scene: Scene, name: str, family: str, rest: str) -> tuple[Parameter, str]:
+    """What a name that begins with a family word stands for, and a component of it."""
+    if family in WITHOUT_NAME:
+        owner, key, component = "", *_parted(rest)
+        rows = {row.name: row for row in (SETTINGS if family == "scene" else _there(scene.background))}
+    else:
+        members = _members(scene, family)
+        owner, key, component = rest.partition(".")[0], *_parted(rest.partition(".")[2])
+        for dotted in (member for member in members if "." in member and f"{rest}.".startswith(f"{member}.")):
+            raise SceneError(
+                f"parameter {name!r}: the name of the {family} {dotted!r} has a dot in it, so its numbers have no names; "
+                "rename it in the scene"
+            )
+        if owner not in members:
+            there = ", ".join(members) or "none at all"
+            raise SceneError(
+                f"parameter {name!r}: no {family} {owner!r}; there is {there}.{nearest_name(owner, members)}"
+            )
+        rows = {row.name: row for row in _there(members[owner])}
+        absent = rows_of(members[owner]).get(key)
+        if absent is not None and absent.numeric and key not in rows:
+            raise SceneError(f"parameter {name!r}: {family} {owner!r} states no {key}; write one in the scene")
+    if key not in rows:
+        what = f"{family} {owner!r}" if owner else f"the {family}"
+        wanted = f"no number {key!r}" if key else "which of its numbers?"
+        raise SceneError(f"parameter {name!r}: {what}: {wanted}; there is {', '.join(rows)}.{nearest_name(key, rows)}")
+    return Parameter(family, owner, rows[key]), component
+
+
+def _parted(rest: str) -> tuple[str, str]:
+    """A key and a component of it."""
+    key, _, component = rest.partition(".")
+    return key, component
+
+
+def _no_material(scene: Scene, name: str):
+    """Raise the `SceneError` for a name that is no material's coefficient."""
+    material, _, coefficient = name.rpartition(".")
+    if not material:
+        raise SceneError(
+            f"coefficient {name!r}: allowed is MATERIAL.COEFFICIENT, such as 'glass.k_d', or a name that begins with one of "
+            f"{', '.join((*FAMILIES, *WITHOUT_NAME))}"
+        )
+    if material not in scene.materials:
+        nearest = nearest_name(material, scene.materials) or nearest_name(name, [p.name for p in _all(scene)])
+        raise SceneError(
+            f"coefficient {name!r}: no material {material!r}; there is {', '.join(scene.materials)}.{nearest}"
+        )
+    raise SceneError(
+        f"coefficient {name!r}: no coefficient {coefficient!r}; there is "
+        f"{', '.join(BY_NAME)}.{nearest_name(coefficient, BY_NAME)}"
+    )
+
+
+def _check(record, place: str) -> None:
+    """Make the record anew, for the checks that concern several of its fields."""
+    stated = {field.name: getattr(record, field.name) for field in fields(record)}
+    takes = inspect.signature(type(record).__init__).parameters
+    type(record)(**stated, **({"place": place} if "place" in takes else {}))
