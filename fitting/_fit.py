@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from diffwhitted.scene import Scene, depth_number, is_traced, marks_of, whole_number
-from diffwhitted.tree import decide_effects, likely_room, make_plan, sample_places
+from diffwhitted.tree import POINTS, decide_effects, likely_room, make_plan, points_only, sample_places
 
 from ._errors import FitError
 from ._outcome import outcome, with_runs
@@ -19,7 +19,7 @@ from .problem._bounds import Bounds
 from .problem._free_names import free_parameters, whole_names
 from .problem._problem import Problem, any_moves, prepared
 from .problem._target import CheckedTarget, as_targets
-from .problem._unknowns import list_unknowns, start_values
+from .problem._unknowns import Unknown, list_unknowns, start_values
 from .problem._views import PART_PIXELS, PART_RAYS, view_of
 from .solving._solve import compile_solver
 from .solving._stages import run, stages_of
@@ -83,6 +83,7 @@ def fit(
     first = start_values(scene, unknowns, start)
     if footprint is None:
         footprint = scene.footprint or (samples if any_moves(unknowns) else 0)
+    footprint, samples = _able(scene, unknowns, footprint, samples)
     problem, scale = _build(scene, targets, names, unknowns, first, samples, max_depth, footprint)
     stages = stages_of(problem, targets, coarse_to_fine)
     compile_solver(problem, first)
@@ -108,6 +109,22 @@ def _require_values(*given) -> None:
             "jax.jit, jax.grad and jax.vmap, one target after the other. To differentiate residuals of your own, trace "
             "diffwhitted.render with a plan"
         )
+
+
+def _able(scene: Scene, unknowns: tuple[Unknown, ...], footprint: int, samples: int) -> tuple[int, int]:
+    """Footprint and samples, of which something in the scene may know points only.
+
+    Raises `FitError` where what is free moves edges then: points do not see them move.
+    """
+    if (what := points_only(scene)) is None:
+        return footprint, samples
+    moving = next((u.name for u in unknowns if any_moves((u,))), None)
+    if moving is not None:
+        raise FitError(
+            f"free: {moving} moves edges in the picture, and {what} knows points only, which do not see them move; "
+            f"fix {moving} at a known value, or leave {what} out of the scene"
+        )
+    return 0, max(samples, POINTS * footprint)
 
 
 def _build(
