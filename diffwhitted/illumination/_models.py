@@ -12,7 +12,9 @@ from ..scene import HIGHLIGHTS
 
 
 def halfway_apart(normal: Vec3, to_light: Vec3, incoming: Vec3) -> Vec3:
-    """N - H with H the unit vector halfway between L and V = -u: where `lobe` gives (N.H)**n, the k_h term of Whitted (1)."""
+    """N - H with H the unit vector halfway between L and V = -u: where `lobe` gives (N.H)**n, the k_h term of Whitted
+    (1).
+    """
     return normal - normalise(to_light - incoming)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 
 from .._errors import InputError, SceneError
 
@@ -15,7 +16,7 @@ DEEPEST = 64
 
 def is_traced(value) -> bool:
     """Is this an abstract value inside `jit`, `grad`, `jvp` or `vmap`?"""
-    return isinstance(value, jax.core.Tracer)
+    return isinstance(value, Tracer)
 
 
 def number_array(value, place: str, field: str, shapes: tuple[tuple[int, ...], ...]):
@@ -75,7 +76,9 @@ def listed(value) -> str:
 
 
 def shortest(number) -> float:
-    """The number with the fewest digits that reads back as this one in its own precision, whatever NumPy's print options."""
+    """The number with the fewest digits that reads back as this one in its own precision, whatever NumPy's print
+    options.
+    """
     return float(np.format_float_scientific(number, unique=True))
 
 

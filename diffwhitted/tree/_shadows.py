@@ -1,7 +1,7 @@
 """What each light sees of the points where rays arrive: recorded once, without derivatives.
 
-Lights of one structure are stacked (see `Tables.lights`); a loop over them asks one after the other, so that many lights
-make no larger program than two.
+Lights of one structure are stacked (see `Tables.lights`); a loop over them asks one after the other, so that many
+lights make no larger program than two.
 """
 
 from collections.abc import Callable
@@ -77,7 +77,9 @@ def _seen(tables: Tables, plan: Plan, at: Arrival, light: AbstractLight, blocks,
 def _in_part(
     tables: Tables, light: AbstractLight, ray: Ray, at: Arrival, departure: Departure, distance, blocks, sees, needed
 ):
-    """Does some of the footprint see the light past all that occludes the whole of it, and which surfaces occlude it in part?"""
+    """Does some of the footprint see the light past all that occludes the whole of it, and which surfaces occlude it
+    in part?
+    """
     shapes, footprint = tables.shapes, at.beam.footprint
 
     def near(ray, footprint):

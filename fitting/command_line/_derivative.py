@@ -125,7 +125,8 @@ def derivative(
         )
     more = f", {np.count_nonzero(found.refined):,} pixels refined" if found.refined.any() else ""
     say(
-        f"wrote {out}: {view.width} x {view.height} pixels, largest |d/d {of}| {abs(slope).max():.4g}; {found.rays:,} rays{more}"
+        f"wrote {out}: {view.width} x {view.height} pixels, largest |d/d {of}| {abs(slope).max():.4g}; "
+        f"{found.rays:,} rays{more}"
     )
     if truth is not None:
         print(agreement(slope, truth, check_samples, step))
