@@ -136,7 +136,9 @@ def narrowed(footprint: Footprint, edge: Edge, share: Float[Array, "*n"]) -> Foo
     return Footprint(Ray(origin[0], direction[0]), Ray(origin[1], direction[1]), footprint.within)
 
 
-def steps_on_surface(ray: Ray, footprint: Footprint, point: Vec3, normal: Vec3, curvature=0) -> list[Vec3]:
+def steps_on_surface(
+    ray: Ray, footprint: Footprint, point: Vec3, normal: Vec3, curvature: Float[Array, "*n"] | float = 0
+) -> list[Vec3]:
     """How the point where the ray meets the surface moves along it, from one side of the pixel to the other.
 
     dP = q - d (q.N) / (d.N) with q = dO + t dD: the surface is its tangent plane to first order. Edges: where

@@ -44,7 +44,9 @@ class AbstractSurfaces(eqx.Module):
         """
 
     @abstractmethod
-    def surface(self, ray: Ray, crossing: Int[Array, "*n"]) -> tuple[Float[Array, "*n"], Vec3, Vec3, Bool[Array, "*n"]]:
+    def surface(
+        self, ray: Ray, crossing: Int[Array, "*n"] | None
+    ) -> tuple[Float[Array, "*n"], Vec3, Vec3, Bool[Array, "*n"]]:
         """Distance, outward unit normal and point of a crossing, differentiable in ray and surface; and whether the
         ray enters there.
         """

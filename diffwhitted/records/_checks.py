@@ -2,8 +2,8 @@
 
 import difflib
 from collections.abc import Iterable
+from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
@@ -19,11 +19,11 @@ def is_traced(value) -> bool:
     return isinstance(value, Tracer)
 
 
-def number_array(value, place: str, field: str, shapes: tuple[tuple[int, ...], ...]):
+def number_array(value, place: str, field: str, shapes: tuple[tuple[int, ...], ...]) -> Any:
     """`value` as a floating-point array of one of the allowed shapes, finite where it is concrete.
 
-    What is concrete becomes an array of NumPy's: a scene of thousands of records is made in no time, and keeps the digits of its
-    numbers until the scene decides on a precision.
+    What is concrete becomes an array of NumPy's: a scene of thousands of records is made in no time, and keeps the
+    digits of its numbers until the scene decides on a precision.
     """
     try:
         array = value if is_traced(value) else np.asarray(value, dtype=_float_dtype(value))

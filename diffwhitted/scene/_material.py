@@ -63,7 +63,7 @@ def textured_rows():
     return tuple(row for row in coefficients() if row.coloured)
 
 
-def checked(name: str, value, place: str):
+def checked(name: str, value, place: str) -> Any:
     """The value of a coefficient as an array, or `SceneError` naming the place and the interval."""
     row = BY_NAME[name]
     array = number_array(value, place, name, ((), (3,)) if row.coloured else ((),))

@@ -32,7 +32,9 @@ MOST_PIXELS_A_PASS = 160 * 1024
 FEWEST_PIXELS_A_PASS = 2**14
 """A picture smaller than two of these is one pass; a larger one has a pass for each processor, or more."""
 PAGE = 1024
-"""Arrays of so many numbers, or a multiple, begin at the same places of the cache and drive each other out (measured: up to twice the time)."""
+"""Arrays of so many numbers, or a multiple, begin at the same places of the cache and drive each other out (measured:
+up to twice the time).
+"""
 PIXELS_UNDER_JIT = 80 * 1024
 """Of a pass whose rays nobody has counted: its room is cleared in memory that is fetched anew, which takes time."""
 LARGEST_TREE = 2**18
@@ -75,8 +77,9 @@ class Plan:
     zero_weights: bool
     """A branch that weighs nothing may be followed, for the derivative in its weight."""
     at_work: tuple[str, ...]
-    """k_s and k_t, by the names of their materials, that were not zero or free when it was made: their branches are followed
-    whatever they are now. Not read by programs: see `program`."""
+    """k_s and k_t, by the names of their materials, that were not zero or free when it was made: their branches are
+    followed whatever they are now. Not read by programs: see `program`.
+    """
     picture: tuple[int, int]
     """Width and height in pixels."""
     passes: int
@@ -156,7 +159,8 @@ def make_plan(
     pass_of: int = MOST_PIXELS_A_PASS,
     block_of: int | None = None,
 ) -> Plan:
-    """Plan the rendering of a scene by a camera, in passes of at most `pass_of` pixels and blocks of at most `block_of` rays.
+    """Plan the rendering of a scene by a camera, in passes of at most `pass_of` pixels and blocks of at most
+    `block_of` rays.
 
     `free` names coefficients ("glass.k_s") whose derivative is wanted although they may be zero now: they
     keep their effect. `capacity` is the room for rays other than camera rays in one pass; without it
@@ -243,7 +247,9 @@ def likely_room(camera: Camera, pass_of: int = MOST_PIXELS_A_PASS) -> int:
 
 
 def _split(pixels: int, pass_of: int, most: int) -> tuple[int, int, int]:
-    """Passes of at most `pass_of` pixels, camera rays a pass, and rays a block of at most `most`, with little left over."""
+    """Passes of at most `pass_of` pixels, camera rays a pass, and rays a block of at most `most`, with little left
+    over.
+    """
     passes = max(ceil(pixels / pass_of), min(processors(), pixels // FEWEST_PIXELS_A_PASS), 1)
     if passes > 1:
         passes = ceil(passes / processors()) * processors()
