@@ -63,7 +63,7 @@ def nearest(
 
 
 def blocked(
-    shapes: Shapes, ray: Ray, departure: Departure, limit, blocks: Bool[Array, "surfaces"] | None
+    shapes: Shapes, ray: Ray, departure: Departure, limit, blocks: Sequence[bool] | Bool[Array, "surfaces"] | None
 ) -> Bool[Array, "n"]:
     """Does a surface, of those with `blocks` where that is given, lie on the ray nearer than `limit`?"""
     found = (

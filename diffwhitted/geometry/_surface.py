@@ -6,7 +6,7 @@ The defaults mean points only: a new shape works on the day it is written, and e
 """
 
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 import equinox as eqx
@@ -127,7 +127,9 @@ class AbstractSurfaces(eqx.Module):
         nobody = jnp.full(missed.shape, NOTHING, jnp.int32)
         return self.over(closer, (missed, nobody, jnp.zeros(missed.shape, jnp.int8)))
 
-    def blocked(self, ray: Ray, departure: Departure, limit, blocks: Bool[Array, "members"] | None) -> Bool[Array, "n"]:
+    def blocked(
+        self, ray: Ray, departure: Departure, limit, blocks: Sequence[bool] | Bool[Array, "members"] | None
+    ) -> Bool[Array, "n"]:
         """Does a member, of those with `blocks` where that is given, lie on the ray nearer than `limit`?"""
 
         def either(k, member, found):

@@ -75,6 +75,8 @@ def turn_at(
     return Turn(along * jnp.ones_like(cosine.value), normal, cosine.across * slope, cosine.down * slope)
 
 
-def eta_at(entering, inside: Float[Array, "*n"], outside: Float[Array, "*n"]) -> Float[Array, "*n"]:
+def eta_at(
+    entering: Bool[Array, "*n"], inside: Float[Array, "..."] | float, outside: Float[Array, "..."] | float
+) -> Float[Array, "..."]:
     """Index on the ray's side over the index on the far side."""
     return jnp.where(entering, outside / inside, inside / outside)

@@ -82,4 +82,4 @@ def _any(values) -> Bool[Array, ""]:
 
 def _dense(material: Material) -> Bool[Array, ""]:
     """Is it transparent, with an index at which light may be reflected in whole?"""
-    return _positive(material.k_t) & _positive(material.values["refractive_index"] - 1)
+    return _positive(material.k_t) & _positive(material.at_work("refractive_index") - 1)

@@ -25,13 +25,13 @@ MOST_SHADING = 1
 
 
 class Seen(eqx.Module):
-    """What a group of lights sees of points; the first axis of each array is that of the lights."""
+    """What a group of lights sees of points; the first axis of each array is that of the lights, where there is one."""
 
-    visible: Bool[Array, "lights n"]
+    visible: Bool[Array, "*lights n"]
     """Nothing that blocks light in between."""
-    crossed: tuple[Int[Array, "lights n"], ...]
+    crossed: tuple[Int[Array, "*lights n"], ...]
     """For each transparent material: its surfaces in between, where shadows are tinted."""
-    shading: tuple[Int[Array, "lights n"], ...]
+    shading: tuple[Int[Array, "*lights n"], ...]
     """The surfaces that occlude part of the light from the footprint, -1 for none; empty for points."""
 
 
