@@ -87,7 +87,7 @@ def crossing_counts(
 
 
 def containing(
-    shapes: Shapes, point: Vec3, solids: Sequence[Int[Array, "some"]], rank: Int[Array, "objects"], but: Int[Array, "n"]
+    shapes: Shapes, point: Vec3, solids: Sequence[Int[Array, "_"]], rank: Int[Array, "objects"], but: Int[Array, "n"]
 ) -> Int[Array, "n"]:
     """The solid of the lowest rank that holds the point, leaving out the one named in `but`; -1 if none does.
 

@@ -34,7 +34,7 @@ class Marks(eqx.Module):
     """k_s and k_t: a derivative is wanted also where the coefficient is zero, so its rays are followed."""
     glass: Int[Array, "glass"]
     """The materials that may let light through, -1 in the room to spare."""
-    solids: tuple[Int[Array, "some"], ...]
+    solids: tuple[Int[Array, "_"], ...]
     """For each family of shapes, the objects that may be transparent solids, -1 in the room to spare."""
 
 
