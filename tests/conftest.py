@@ -51,6 +51,8 @@ SLOW = (
     "test_cost",
     "test_derivative",
     "test_stages",
+    "test_hard_cases",
+    "test_film",
 )
 """Files that compile for long: `make quick` leaves them out. The longest are begun first, so that no worker is left
 with one at the end.
