@@ -203,7 +203,7 @@ def make_plan(
 
 
 def points_only(scene: Scene) -> str | None:
-    """What in the scene states no silhouette or no mean over a footprint, so that only points can be traced; or None."""
+    """What in the scene states no silhouette or no mean over a footprint, so that points alone are traced; or None."""
     for thing in scene.objects:
         if not thing.FAMILY.FOOTPRINT:
             return f"object {thing.name!r} ({thing.TYPE})"
@@ -213,13 +213,16 @@ def points_only(scene: Scene) -> str | None:
 
 
 def _trees_or_points(scene: Scene, footprint: int) -> tuple[int, int]:
-    """Filtered trees along the side of a pixel, or points where something in the scene knows no footprint, with a note."""
+    """Filtered trees along the side of a pixel, or points where something in the scene knows no footprint, with a
+    note.
+    """
     check_footprint(footprint, "")
     if not footprint or (what := points_only(scene)) is None:
         return footprint, 1
     points = POINTS * footprint
     warnings.warn(
-        f"{what} knows points only, so {points} x {points} points a pixel are traced in place of footprint = {footprint}",
+        f"{what} knows points only, so {points} x {points} points a pixel are traced in place of footprint = "
+        f"{footprint}",
         SceneNote,
         stacklevel=2,
     )

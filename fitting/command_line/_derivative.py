@@ -23,7 +23,8 @@ Of = Annotated[
         "--of",
         metavar="NAME",
         show_default=False,
-        help="MATERIAL.COEFFICIENT, such as glass.refractive_index, or another name that `diffwhitted parameters` lists.",
+        help="MATERIAL.COEFFICIENT, such as glass.refractive_index, or another name that `diffwhitted parameters` "
+        "lists.",
     ),
 ]
 Out = Annotated[
