@@ -3,7 +3,9 @@
 import unicodedata
 
 _UNPRINTABLE = {"Cc", "Cs", "Zl", "Zp"}
-"""Categories of Unicode: control characters, halves of pairs (bytes of a file name that are no text), breaks of lines."""
+"""Categories of Unicode: control characters, halves of pairs (bytes of a file name that are no text), breaks of
+lines.
+"""
 _TURNING = {"LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI"}
 """Characters that turn the direction in which those after them are shown."""
 

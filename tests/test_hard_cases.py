@@ -139,7 +139,9 @@ def test_camera_inside_glass(height):
 
 
 def test_glass_in_water_in_air():
-    """Flat layers keep n sin, so in the glass it is as if there were no water; and concentric balls deviate by Bouguer's rule."""
+    """Flat layers keep n sin, so in the glass it is as if there were no water; and concentric balls deviate by
+    Bouguer's rule.
+    """
     scene = of([ground("water", 0, k_t=0.9, refractive_index=1.33), ground("glass", -1, k_t=0.8, refractive_index=1.7)])
     for angle in (0.0, 0.5, 1.4):
         inside = -np.sqrt(1 - (np.sin(angle) / 1.7) ** 2)
@@ -201,7 +203,7 @@ def glass_ball_over_ground(light, shadows, k_t):
 
 @pytest.mark.parametrize("shadows, below, crossing", [("opaque", 0, 0), ("tinted", 1, 1), ("off", 1, 0)])
 def test_glass_between_ground_and_light(shadows, below, crossing):
-    """A light at the centre of a ball and one above it: one surface or two on the way, each with its k_t, by channel."""
+    """A light in the middle of a ball and one above it: one surface or two on the way, each with its k_t a channel."""
     light, k_t = np.array([0.9, 0.8, 0.7]), np.array([0.9, 0.5, 0.0])
     inside, above = (glass_ball_over_ground(p, shadows, k_t) for p in ((0, 0, 0), (0, 9, 0)))
     # The far side of the ball, lit from within and seen through the near side, and the background through both.
@@ -218,7 +220,9 @@ def test_glass_between_ground_and_light(shadows, below, crossing):
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 @pytest.mark.parametrize("model", ["halfway", "reflected"])
 def test_highlight_exponents(model, precision):
-    """Exponents 0, 1 and a million, a thousandth of a radian off the peak: 1, cos(angle) and exp(10**6 log cos(angle))."""
+    """Exponents 0, 1 and a million, a thousandth of a radian off the peak: 1, cos(angle) and exp(10**6 log
+    cos(angle)).
+    """
     aside = 1e-3 if model == "halfway" else 5e-4
     for exponent in (0.0, 1.0, 1e6):
         scene = of(
@@ -277,7 +281,9 @@ def test_tiny_sphere_far_away():
 
 
 def test_hall_of_mirrors():
-    """Between two mirrors that glow with 0.1: the geometric series, and its derivative in k_s. Under `jit` without a plan."""
+    """Between two mirrors that glow with 0.1: the geometric series, and its derivative in k_s. Under `jit` without a
+    plan.
+    """
 
     def glow(k_s):
         scene = of(

@@ -1,4 +1,6 @@
-"""Odd files and odd names: what is no regular file is refused at once, and nothing that a name holds steers a terminal."""
+"""Odd files and odd names: what is no regular file is refused at once, and nothing that a name holds steers a
+terminal.
+"""
 
 import os
 import signal

@@ -117,7 +117,9 @@ def _by_kind(kind: np.ndarray) -> dict[str, int]:
 
 
 def _shadow_rays(scene: Scene, camera: Camera, plan: Plan, trees: Record, counted: np.ndarray) -> int:
-    """Lit points times lights: the sum of a picture to which each of them sends exactly 1, and every ray carries all of it."""
+    """Lit points times lights: the sum of a picture to which each of them sends exactly 1, and every ray carries all
+    of it.
+    """
     tables = tables_of(scene, plan)
     whole = jax.tree.map(jnp.ones_like, tables.coefficients["k_s"])
     tables = replace(tables, coefficients=tables.coefficients | {"k_s": whole, "k_t": whole})

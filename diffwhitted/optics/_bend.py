@@ -14,7 +14,7 @@ def mirrored(direction: Vec3, normal: Vec3) -> Vec3:
     return direction - normal * (2 * dot(direction, normal))
 
 
-def refraction_radicand(cos_i: Float[Array, "*n"], eta: Float[Array, "*n"]) -> Float[Array, "*n"]:
+def refraction_radicand(cos_i: Float[Array, "*n"], eta: Float[Array, "..."] | float) -> Float[Array, "..."]:
     """cos_r**2 = 1 - eta**2 (1 - cos_i**2), the radicand of (14-51); negative at total internal reflection.
 
     Written as cos_i**2 + (1 - eta**2)(1 - cos_i**2), which is exactly cos_i**2 at eta = 1.
@@ -22,7 +22,7 @@ def refraction_radicand(cos_i: Float[Array, "*n"], eta: Float[Array, "*n"]) -> F
     return cos_i * cos_i + (1 - eta) * (1 + eta) * (1 - cos_i * cos_i)
 
 
-def refracted(direction: Vec3, normal: Vec3, eta: Float[Array, "*n"]) -> Vec3:
+def refracted(direction: Vec3, normal: Vec3, eta: Float[Array, "..."] | float) -> Vec3:
     """T = eta u - (cos_r - eta cos_i) N (Hearn and Baker 14-50), N on the side of the incoming ray.
 
     `eta` is the index on the ray's side over the one on the far side. Edges: at eta = 1 the ray goes
@@ -50,7 +50,7 @@ class Turn(eqx.Module):
         return incoming * self.along + normal * self.normal
 
     def change(self, turn: Vec3, normal_turn: Vec3, normal: Vec3, of_b: Float[Array, "*n"]) -> Vec3:
-        """Change of the direction where the incoming one changes by `turn`, the normal by `normal_turn` (Igehy 1999)."""
+        """Change of the direction if the incoming changes by `turn` and the normal by `normal_turn` (Igehy 1999)."""
         return turn * self.along + normal * of_b + normal_turn * self.normal
 
 
@@ -75,6 +75,8 @@ def turn_at(
     return Turn(along * jnp.ones_like(cosine.value), normal, cosine.across * slope, cosine.down * slope)
 
 
-def eta_at(entering, inside: Float[Array, "*n"], outside: Float[Array, "*n"]) -> Float[Array, "*n"]:
+def eta_at(
+    entering: Bool[Array, "*n"], inside: Float[Array, "..."] | float, outside: Float[Array, "..."] | float
+) -> Float[Array, "..."]:
     """Index on the ray's side over the index on the far side."""
     return jnp.where(entering, outside / inside, inside / outside)

@@ -17,7 +17,9 @@ from ._row import REQUIRED, Row, read_rows, rows_of
 from ._scale import SCALES, Scale, typical_size
 
 __all__ = [
-    "DEEPEST", "REQUIRED", "SCALES", "Registry", "Row", "Scale", "changed", "depth_number", "grouped", "is_traced", "listed", "member",
+    "DEEPEST", "REQUIRED", "SCALES", "Registry", "Row", "Scale", "changed", "depth_number", "grouped", "is_traced",
+    "listed",
+    "member",
     "member_count", "members_at", "nearest_name", "number_array",
     "read_rows", "require", "rows_of", "shortest", "stacked", "typical_size", "whole_number",
 ]  # fmt: skip

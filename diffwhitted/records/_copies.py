@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import fields
-from typing import TypeVar
+from typing import Any, TypeVar
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,10 +13,10 @@ from jaxtyping import Array, Float
 from ..numerics._vector import lookup
 from ._checks import is_traced
 
-R = TypeVar("R")
+R = TypeVar("R", bound=eqx.Module)
 
 
-def changed(record: R, **new) -> R:
+def changed(record: R, **new: Any) -> R:
     """A copy of a record with other values of some fields, static ones too, without the checks of its `__init__`."""
     copy = object.__new__(type(record))
     for field in fields(record):
@@ -24,7 +25,9 @@ def changed(record: R, **new) -> R:
 
 
 def stacked(values: Sequence) -> Float[Array, "members ..."]:
-    """Arrays of one shape as one array: on the host where all are concrete, with the traced ones put in where some are."""
+    """Arrays of one shape as one array: on the host where all are concrete, with the traced ones put in where some
+    are.
+    """
     traced = [i for i, value in enumerate(values) if is_traced(value)]
     if not values:
         return jnp.zeros(0)
@@ -36,8 +39,9 @@ def stacked(values: Sequence) -> Float[Array, "members ..."]:
 
 
 def grouped(records: Sequence[R]) -> tuple[tuple[R, ...], np.ndarray]:
-    """Records of one structure (kind, static fields but the name, shapes) stacked into one, and the number of each record
-    in the order of the groups."""
+    """Records of one structure (kind, static fields but the name, shapes) stacked into one, and the number of each
+    record in the order of the groups.
+    """
     groups: dict = {}
     for number, record in enumerate(records):
         bare = changed(record, name="") if any(field.name == "name" for field in fields(record)) else record

@@ -184,6 +184,8 @@ class Squares:
 def _pass(
     tables: Tables, camera: Camera, plan: Plan, samples: Samples
 ) -> tuple[Float[Array, "4 pixels"], Int[Array, ""]]:
-    """One pass: colour, and how much light comes along rays that pass by something small; and the number of descendants."""
+    """One pass: colour, and how much light comes along rays that pass by something small; and the number of
+    descendants.
+    """
     light, beside, descendants = trace_beside_small(tables, camera, plan, samples)
     return jnp.concatenate([light.stacked(axis=0), beside.x[None]]), descendants

@@ -70,13 +70,15 @@ class Camera(eqx.Module):
             for side, field in ((width, "width"), (height, "height"))
         )
         if width is None:
-            width = max(1, round(height * self.width / self.height))
+            width = max(1, round((height or 1) * self.width / self.height))
         if height is None:
             height = max(1, round(width * self.height / self.width))
         return Camera(self.look_from, self.look_at, self.vfov_deg, width, height, self.up)
 
     def pixel_angle(self) -> Float[Array, ""]:
-        """Distance of neighbouring pixels in the picture, one unit ahead; in the middle that is their angle in radians."""
+        """Distance of neighbouring pixels in the picture, one unit ahead; in the middle that is their angle in
+        radians.
+        """
         return 2 * jnp.tan(jnp.deg2rad(self.vfov_deg) / 2) / self.height
 
     def in_precision(self, dtype) -> "Camera":

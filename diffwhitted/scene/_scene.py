@@ -89,7 +89,7 @@ class Scene(eqx.Module):
 
     @property
     def precision(self) -> Precision:
-        return self.dtype.name
+        return "float64" if self.dtype == jnp.float64 else "float32"
 
     def with_cutoff(self, cutoff: float | None) -> "Scene":
         """The scene with another cutoff; None leaves it as it is."""
@@ -116,9 +116,9 @@ class Scene(eqx.Module):
         ):
             for thing in things:
                 registry.check(thing, "scene")
-        _no_twins("light", [light.name for light in self.lights])
+        _no_twins("light", [name for light in self.lights if (name := light.name)])
         for light in self.lights:
-            if "." in light.name:
+            if "." in (light.name or ""):
                 raise SceneError(
                     f"light {light.name!r}: allowed is a name without a dot, so that its numbers have names"
                 )
@@ -168,10 +168,14 @@ def _known(name: str, there: Mapping, place: str):
         raise SceneError(f"{place} = {name!r} is not in the scene; there is {listed}.{nearest_name(name, there)}")
 
 
+def _has_float64() -> bool:
+    return jax.config.jax_enable_x64  # pyright: ignore[reportAttributeAccessIssue]
+
+
 def float_dtype(precision: str):
     """The floating-point type of a precision by name; `SceneError` where JAX is not set up for it."""
     if precision not in get_args(Precision):
         raise SceneError(f"precision = {precision!r}; allowed is {', '.join(get_args(Precision))}")
-    if precision == "float64" and not jax.config.jax_enable_x64:
+    if precision == "float64" and not _has_float64():
         raise SceneError('precision = "float64" needs 64-bit JAX: call jax.config.update("jax_enable_x64", True) first')
     return jnp.dtype(precision)

@@ -25,8 +25,9 @@ class AbstractObject(eqx.Module):
     ROWS: ClassVar[tuple[Row, ...]]
     FAMILY: ClassVar[type[AbstractSurfaces]]
     CONVEX: ClassVar[bool] = False
-    """A ray that leaves its outer side does not meet it again, and one that leaves its inner side meets nothing else of it
-    before the way out."""
+    """A ray that leaves its outer side does not meet it again, and one that leaves its inner side meets nothing else
+    of it before the way out.
+    """
 
     ROUND: ClassVar[bool] = False
     """It is its own bounding sphere."""
@@ -51,7 +52,9 @@ class AbstractObject(eqx.Module):
         return self.TYPE
 
     def size(self) -> Float[Array, ""]:
-        """What decides which of two nested solids lies inside: the smaller one. By default the radius of its bounding sphere."""
+        """What decides which of two nested solids lies inside: the smaller one. By default the radius of its bounding
+        sphere.
+        """
         return self.alone().bounding()[1][0]
 
     def alone(self) -> AbstractSurfaces:

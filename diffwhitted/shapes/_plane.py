@@ -109,5 +109,5 @@ class Plane(AbstractObject):
 
     def half_space(self) -> tuple[np.ndarray, float]:
         normal = np.asarray(self.normal, np.float64)
-        size = np.linalg.norm(normal)
+        size = float(np.linalg.norm(normal))
         return normal / size, float(self.offset) / size

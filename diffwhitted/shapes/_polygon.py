@@ -1,7 +1,8 @@
 """Plane polygons, triangles among them."""
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -52,7 +53,9 @@ class Polygons(AbstractSurfaces):
         return (jnp.where(met & inside, distance, jnp.inf),)
 
     def silhouette(self, ray: Ray, footprint: Footprint):
-        """Distance in the plane from where the ray meets it to the nearest side, positive inside; and how far that is."""
+        """Distance in the plane from where the ray meets it to the nearest side, positive inside; and how far that
+        is.
+        """
         plane = self.carrier()
         distance, _, point, _ = plane.surface(ray, None)
         facing = where(self.side(ray), plane.normal, -plane.normal)
@@ -167,7 +170,7 @@ class Polygon(AbstractObject):
             _check_flat(np.asarray(self.vertices, np.float64), place)
 
     @classmethod
-    def columns(cls, objects) -> list:
+    def columns(cls, objects: Sequence[Any]) -> list:
         """Vertices, of which shorter polygons repeat the last."""
         most = max(len(thing.vertices) for thing in objects)
         return [stacked([_padded(thing.vertices, most) for thing in objects])]

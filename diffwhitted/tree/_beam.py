@@ -57,7 +57,9 @@ def arriving(
     departure: Departure | None,
     needed: Bool[Array, ""],
 ) -> tuple[Hit, Vec3, Beam]:
-    """Where the part of a pixel that its surface covers meets it: the hit, the direction, and what the footprint is there."""
+    """Where the part of a pixel that its surface covers meets it: the hit, the direction, and what the footprint is
+    there.
+    """
 
     def meet(ray, footprint, primitive, crossing, entering):
         hit = surface_at(shapes, ray, primitive, crossing, entering)
@@ -103,7 +105,9 @@ def is_rim(square: Linear) -> Bool[Array, "n"]:
 def child_beam(
     plan: Plan, at: Arrival, point: SurfacePoint, branch: Int[Array, "n"], factor: Vec3, eta: Float[Array, "n"] | None
 ) -> tuple[Ray, Footprint, Vec3]:
-    """The ray that leaves a parent along a branch, its footprint, and the share of its light that the parent passes on."""
+    """The ray that leaves a parent along a branch, its footprint, and the share of its light that the parent passes
+    on.
+    """
     needed = always(branch)
     turn, special = stage(needed, lambda *a: _turn(plan, *a), at, branch, eta)
     ray, footprint = stage(needed, _turned, at, turn, branch)
@@ -114,7 +118,8 @@ def child_beam(
 
 
 def _kept_small(ray: Ray, footprint: Footprint) -> tuple[Ray, Footprint]:
-    """A pixel whose directions lie further apart than `WIDEST` is lost: what it sees has nothing to do with a linear map.
+    """A pixel whose directions lie further apart than `WIDEST` is lost: what it sees has nothing to do with a linear
+    map.
 
     Its footprint is made smaller, and the ray has no derivative from there on, so that all stays finite.
     """

@@ -17,7 +17,9 @@ from ._weights import weighed_point, weight
 def branches(
     tables: Tables, plan: Plan, at: Arrival
 ) -> tuple[Int[Array, "n"], Bool[Array, "n"], Bool[Array, "n"] | None]:
-    """The mirror child (0 for none, else MIRROR or TOTAL), whether there is a transmitted one, and one that runs past."""
+    """The mirror child (0 for none, else MIRROR or TOTAL), whether there is a transmitted one, and one that runs
+    past.
+    """
     there, material = at.object >= 0, material_at(tables, at.object)
     past = None if at.beam is None else there & (at.beam.edge.share < 1)
     mirror = jnp.zeros(there.shape, jnp.int32)
@@ -36,7 +38,9 @@ def branches(
 def child(
     tables: Tables, plan: Plan, at: Arrival, branch: Int[Array, "n"], needed
 ) -> tuple[Ray, Footprint | None, Vec3]:
-    """The ray that leaves a parent along a branch, its footprint, and the part of its light that the parent passes on."""
+    """The ray that leaves a parent along a branch, its footprint, and the part of its light that the parent passes
+    on.
+    """
     point = weighed_point(tables, plan, at, needed)
     factor, bend = weight(plan, point, branch), point.eta if plan.effects.refraction else None
     if at.beam is not None:

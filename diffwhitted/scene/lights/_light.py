@@ -24,8 +24,9 @@ class AbstractLight(eqx.Module):
 
     @abstractmethod
     def arriving(self, point: Vec3) -> tuple[Vec3, Float[Array, "*n"], Vec3]:
-        """Unit direction to the light, its distance (metres, infinite for one at infinity), and the colour that arrives unless
-        occluded; differentiable."""
+        """Unit direction to the light, its distance (metres, infinite for one at infinity), and the colour that
+        arrives unless occluded; differentiable.
+        """
 
     def brightest(self) -> np.ndarray:
         """The most light that may arrive anywhere, (3,), linear RGB; infinite where none is known."""

@@ -24,8 +24,9 @@ class PointLight(AbstractLight):
     ROWS: ClassVar[tuple[Row, ...]] = (
         Row("position", "vector", "Where the light is, metres.", unit="m", scale="unbounded", moves="shadows"),
         COLOUR,
-        Row("attenuation", "vector", "a0, a1 (1/m), a2 (1/m^2): the colour is multiplied by min(1, 1 / (a0 + a1 d + a2 d^2)); "
-            "no fade without it.", default=None, lowest=0, nonzero=True, parts=("a0", "a1", "a2")),
+        Row("attenuation", "vector", "a0, a1 (1/m), a2 (1/m^2): the colour is multiplied by "
+            "min(1, 1 / (a0 + a1 d + a2 d^2)); no fade without it.", default=None, lowest=0, nonzero=True,
+            parts=("a0", "a1", "a2")),
     )  # fmt: skip
 
     position: Float[Array, "3"]

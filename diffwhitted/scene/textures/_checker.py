@@ -55,8 +55,9 @@ class Checker(AbstractTexture):
         return self._mixed(cell_mean(self._waves(point, steps)))
 
     def mean_in_perspective(self, point: Vec3, steps: tuple[Vec3, Vec3], slant) -> Vec3:
-        """Linear RGB, averaged over the pixel in which the point is (steps_u u + steps_v v) / (1 + slant_u u + slant_v v)
-        away from its middle, u and v from -1/2 to 1/2."""
+        """Linear RGB, averaged over the pixel in which the point is (steps_u u + steps_v v) / (1 + slant_u u +
+        slant_v v) away from its middle, u and v from -1/2 to 1/2.
+        """
         return self._mixed(checker_mean(self._waves(point, steps), slant))
 
     def varies(self, point: Vec3, steps: tuple[Vec3, Vec3], slant) -> tuple[Bool[Array, "*n"], Bool[Array, "*n"]]:
