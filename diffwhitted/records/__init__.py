@@ -11,7 +11,7 @@ from ._checks import (
     shortest,
     whole_number,
 )
-from ._copies import changed, grouped, member, member_count, members_at, stacked
+from ._copies import changed, grouped, member, member_count, members_at, moved, shifted, stacked
 from ._registry import Registry
 from ._row import REQUIRED, Row, read_rows, rows_of
 from ._scale import SCALES, Scale, typical_size

@@ -15,6 +15,7 @@ from ._parameters import (
     parameters,
     replace_parameter,
 )
+from ._near import near
 from ._scene import Precision, Scene, ShadowModel, TotalReflection, check_footprint, float_dtype
 from ._tables import Marks, Tables, marks_of, material_names, numbered_objects, tabulate, texture_names
 from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground, GradientBackground
