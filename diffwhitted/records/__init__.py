@@ -18,6 +18,6 @@ from ._scale import SCALES, Scale, typical_size
 
 __all__ = [
     "DEEPEST", "REQUIRED", "SCALES", "Registry", "Row", "Scale", "changed", "depth_number", "grouped", "is_traced", "listed", "member",
-    "member_count", "members_at", "nearest_name", "number_array",
-    "read_rows", "require", "rows_of", "shortest", "stacked", "typical_size", "whole_number",
+    "member_count", "members_at", "moved", "nearest_name", "number_array",
+    "read_rows", "require", "rows_of", "shifted", "shortest", "stacked", "typical_size", "whole_number",
 ]  # fmt: skip

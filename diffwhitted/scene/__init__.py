@@ -6,6 +6,7 @@ from ._camera import Camera
 from ._coefficients import BY_NAME, COEFFICIENTS, coefficients, including_coefficient
 from ._material import HIGHLIGHTS, HighlightModel, Material, textured_rows
 from ._names import coefficient_value, replace_coefficient
+from ._near import near
 from ._parameters import (
     FAMILIES,
     WITHOUT_NAME,
@@ -15,7 +16,6 @@ from ._parameters import (
     parameters,
     replace_parameter,
 )
-from ._near import near
 from ._scene import Precision, Scene, ShadowModel, TotalReflection, check_footprint, float_dtype
 from ._tables import Marks, Tables, marks_of, material_names, numbered_objects, tabulate, texture_names
 from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground, GradientBackground
