@@ -28,7 +28,7 @@ __all__ = [
     "ConstantBackground", "DirectionalLight", "GradientBackground", "HighlightModel", "Marks", "Material",
     "Parameter", "Plane", "PointLight", "Polygon", "Precision", "Row", "Scene", "ShadowModel", "Sphere", "Tables",
     "TotalReflection", "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter",
-    "float_dtype", "including_coefficient", "is_traced", "marks_of", "material_names", "nearest_name",
+    "float_dtype", "including_coefficient", "is_traced", "marks_of", "material_names", "near", "nearest_name",
     "numbered_objects", "parameter_value", "parameters", "replace_coefficient", "replace_parameter", "shortest",
     "tabulate", "texture_names", "textured_rows", "whole_number",
 ]  # fmt: skip
