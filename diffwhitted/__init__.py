@@ -13,7 +13,7 @@ The precision of a scene is that of its arrays, float32 unless it is made or loa
 `precision="float64"`.
 """
 
-from ._errors import CapacityError, InputError, SceneError
+from ._errors import CapacityError, FarFromOrigin, InputError, SceneError
 from ._render import plan, render
 from .accuracy import KNOBS, Choice, Knob, Measured, Settings, choose, measure
 from .cost import Explanation, RayMaps, explain, ray_maps
@@ -57,6 +57,7 @@ __all__ = [
     "DirectionalLight",
     "Effects",
     "Explanation",
+    "FarFromOrigin",
     "GradientBackground",
     "InputError",
     "KNOBS",

@@ -36,6 +36,10 @@ class SceneError(InputError):
     """A scene, or one of its records, is not valid."""
 
 
+class FarFromOrigin(UserWarning):
+    """A scene lies so far from the origin of its coordinates that what was given in float32 is blurred."""
+
+
 class CapacityError(RuntimeError):
     """A ray tree outgrew the room that its plan gave it."""
 

@@ -262,6 +262,29 @@ def test_highlight_at_a_right_angle(exponent, value):
         assert all(np.isfinite(d).all() for d in mode(highlights_at_a_right_angle, argnums=(0, 1))(*arguments))
 
 
+@pytest.mark.parametrize("footprint", [0, 1])
+@pytest.mark.parametrize("inside, around", [(1000.0, 1.5), (1.5, 1000.0), (100.0, 2.0)])
+def test_float32_at_extreme_indices(inside, around, footprint):
+    """A camera in glass within glass before a sky from 0 to 1: no light below 0, and the picture of float64."""
+
+    def picture(precision):
+        scene = of(
+            [
+                ball("inner", (0.1, -0.05, 0), 1, k_s=0.5, k_t=1.0, refractive_index=inside),
+                ball("outer", (0, 0, 0), 3, k_s=0.5, k_t=1.0, refractive_index=around),
+            ],
+            background=dw.GradientBackground((0, 0, 0), (1, 1, 1)),
+            precision=precision,
+            total_internal_reflection="whitted",
+            footprint=footprint,
+        )
+        return np.asarray(dw.render(scene, camera_of(scene, (0.3, 0.2, -0.4), (2, 1, 1), 90, 16, 12)))
+
+    low, high = picture("float32"), picture("float64")
+    assert (low >= 0).all()
+    np.testing.assert_allclose(low, high, atol=2e-3)
+
+
 # Shapes
 
 

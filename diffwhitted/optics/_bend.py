@@ -5,7 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from ..numerics._coverage import Linear
-from ..numerics._safe import safe_divide, safe_sqrt
+from ..numerics._safe import normalise, safe_divide, safe_sqrt
 from ..numerics._vector import Vec3, dot
 
 
@@ -14,28 +14,38 @@ def mirrored(direction: Vec3, normal: Vec3) -> Vec3:
     return direction - normal * (2 * dot(direction, normal))
 
 
-def refraction_radicand(cos_i: Float[Array, "*n"], eta: Float[Array, "..."] | float) -> Float[Array, "..."]:
-    """cos_r**2 = 1 - eta**2 (1 - cos_i**2), the radicand of (14-51); negative at total internal reflection.
+def along_surface(direction: Vec3, normal: Vec3) -> Vec3:
+    """u + cos_i N, the part of a direction in the tangent plane; as long as the sine of the angle of incidence."""
+    return direction - normal * dot(direction, normal)
 
-    Written as cos_i**2 + (1 - eta**2)(1 - cos_i**2), which is exactly cos_i**2 at eta = 1.
+
+def refraction_radicand(
+    cos_i: Float[Array, "*n"], eta: Float[Array, "..."] | float, sine_squared: Float[Array, "*n"] | None = None
+) -> Float[Array, "..."]:
+    """cos_r**2 = 1 - eta**2 sin_i**2, the radicand of (14-51); negative at total internal reflection.
+
+    Written as cos_i**2 + (1 - eta**2) sin_i**2, which is exactly cos_i**2 at eta = 1. `sine_squared` is that of
+    `along_surface`: without it it is 1 - cos_i**2, whose rounding an eta of 1000 makes a million times larger.
     """
-    return cos_i * cos_i + (1 - eta) * (1 + eta) * (1 - cos_i * cos_i)
+    if sine_squared is None:
+        sine_squared = 1 - cos_i * cos_i
+    return cos_i * cos_i + (1 - eta) * (1 + eta) * sine_squared
 
 
 def refracted(direction: Vec3, normal: Vec3, eta: Float[Array, "..."] | float) -> Vec3:
-    """T = eta u - (cos_r - eta cos_i) N (Hearn and Baker 14-50), N on the side of the incoming ray.
+    """T = eta (u + cos_i N) - cos_r N (Hearn and Baker 14-50), N on the side of the incoming ray.
 
     `eta` is the index on the ray's side over the one on the far side. Edges: at eta = 1 the ray goes
     straight on to the last digit or two; at the critical angle cos_r = 0 with derivative 0 (the one-sided
     limit is infinite). Past it the result has no meaning: see `refraction_radicand`.
     """
-    cos_i = -dot(direction, normal)
-    cos_r = safe_sqrt(refraction_radicand(cos_i, eta))
-    return direction * eta - normal * (cos_r - eta * cos_i)
+    along = along_surface(direction, normal)
+    cos_r = safe_sqrt(refraction_radicand(-dot(direction, normal), eta, dot(along, along)))
+    return normalise(along * eta - normal * cos_r)
 
 
 class Turn(eqx.Module):
-    """A direction after a surface, a u + b N, to first order over a pixel.
+    """A direction after a surface, a u + b N made as long as 1, to first order over a pixel.
 
     A mirror has a = 1, b = 2 cos_i; glass has a = eta, b = eta cos_i - cos_r.
     """
@@ -47,7 +57,7 @@ class Turn(eqx.Module):
     down: Float[Array, "*n"]
 
     def direction(self, incoming: Vec3, normal: Vec3) -> Vec3:
-        return incoming * self.along + normal * self.normal
+        return normalise(incoming * self.along + normal * self.normal)
 
     def change(self, turn: Vec3, normal_turn: Vec3, normal: Vec3, of_b: Float[Array, "*n"]) -> Vec3:
         """Change of the direction if the incoming changes by `turn` and the normal by `normal_turn` (Igehy 1999)."""

@@ -24,6 +24,20 @@ def changed(record: R, **new: Any) -> R:
     return copy
 
 
+def moved(record: R, by: np.ndarray) -> R:
+    """A copy of a record whose places (its rows of vectors in metres) are moved by so many metres, (3,).
+
+    What is known is moved in float64, what is traced in its own precision.
+    """
+    places = [row.name for row in record.ROWS if row.kind in ("vector", "vectors") and row.unit == "m"]
+    return changed(record, **{name: shifted(getattr(record, name), by) for name in places})
+
+
+def shifted(value, by):
+    """The sum of a number of a record and of one of the host, in float64 where the record's is known."""
+    return value + jnp.asarray(by, value.dtype) if is_traced(value) else np.asarray(value, np.float64) + by
+
+
 def stacked(values: Sequence) -> Float[Array, "members ..."]:
     """Arrays of one shape as one array: on the host where all are concrete, with the traced ones put in where some
     are.

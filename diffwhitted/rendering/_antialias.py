@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from .._errors import SceneError
-from ..scene import Camera, Scene, Tables, depth_number
+from ..scene import Camera, Scene, Tables, depth_number, near
 from ..tree import Plan, Samples, likely_room, make_plan, tables_of, trace_beside_small
 from ._sample_lists import packed_pass, traced_list
 
@@ -92,7 +92,7 @@ def compile_antialias(
 def _prepared(scene: Scene, camera: Camera, max_depth: int | None, cutoff: float | None) -> tuple[Scene, Camera, Plan]:
     """Scene and camera as they are traced, and the plan. The corners are a picture of one more row and column."""
     scene = scene.with_cutoff(cutoff)
-    camera = camera.in_precision(scene.dtype)
+    scene, camera = near(scene, camera)
     corners = camera.resized(camera.width + 1, camera.height + 1)
     return (
         scene,

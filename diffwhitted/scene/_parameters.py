@@ -70,7 +70,8 @@ class Parameter:
             if jnp.shape(array) != jnp.shape(self.value(scene)):
                 allowed = jnp.shape(self.value(scene))
                 raise SceneError(f"{self.place}: {self.row.name} has shape {array.shape}; allowed is {allowed}")
-        array = array.astype(scene.dtype)
+        if is_traced(array) or not (scene.keeps_digits and self.family in FAMILIES):
+            array = array.astype(scene.dtype)
         match self.family:
             case "material":
                 record = scene.materials[self.owner]

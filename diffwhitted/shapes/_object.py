@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 
 from ..geometry import AbstractSurfaces
 from ..numerics._vector import Vec3
-from ..records import Row, is_traced, stacked
+from ..records import Row, is_traced, moved, stacked
 
 
 class AbstractObject(eqx.Module):
@@ -56,6 +56,10 @@ class AbstractObject(eqx.Module):
         sphere.
         """
         return self.alone().bounding()[1][0]
+
+    def moved(self, by: np.ndarray) -> "AbstractObject":
+        """The same, moved by so many metres, (3,). By default the rows of vectors in metres are its places."""
+        return moved(self, by)
 
     def alone(self) -> AbstractSurfaces:
         """The family of this object only."""

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any, ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -38,6 +39,11 @@ class Polygons(AbstractSurfaces):
         """The plane that carries the polygon; its normal by Newell's sum over the edges."""
         first = Vec3(*(c[..., :1] for c in (self.vertices.x, self.vertices.y, self.vertices.z)))
         spokes = self.vertices - first
+        # Only the direction is wanted: the square of an area would leave the range of numbers.
+        largest = jax.lax.stop_gradient(
+            jnp.maximum(jnp.maximum(abs(spokes.x), abs(spokes.y)), abs(spokes.z)).max(axis=-1, keepdims=True)
+        )
+        spokes = spokes * safe_divide(1, largest)
         following = Vec3(*(jnp.roll(c, -1, axis=-1) for c in (spokes.x, spokes.y, spokes.z)))
         doubled_area = cross(spokes, following)
         normal = normalise(Vec3(*(c.sum(axis=-1) for c in (doubled_area.x, doubled_area.y, doubled_area.z))))

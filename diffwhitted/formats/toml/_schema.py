@@ -69,7 +69,8 @@ class Entry(BaseModel):
                 f"{place}: {field} = {largest:g} is too large for {dtype.name}; allowed is up to "
                 f"{np.finfo(dtype).max:.3g}. Write the scene in a larger unit, or read it as float64"
             )
-        return array
+        # With all the digits of the file: the scene decides on the precision.
+        return np.asarray(value, np.float64)
 
     @classmethod
     def plain(cls, record, **stated) -> dict:

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ...numerics._vector import Vec3
-from ...records import Row
+from ...records import Row, moved
 
 
 class AbstractLight(eqx.Module):
@@ -35,6 +35,10 @@ class AbstractLight(eqx.Module):
     def place(self) -> np.ndarray | None:
         """Where it stands, (3,) in metres; None for one that stands outside of everything or at no one place."""
         return None
+
+    def moved(self, by: np.ndarray) -> "AbstractLight":
+        """The same, moved by so many metres, (3,). By default the rows of vectors in metres are its places."""
+        return moved(self, by)
 
     @property
     def outside(self) -> bool:

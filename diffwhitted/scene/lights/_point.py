@@ -3,11 +3,12 @@
 from typing import ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ...numerics._safe import length, normalise, safe_divide
+from ...numerics._safe import length, normalise, rescaled
 from ...numerics._vector import Vec3, vec3
 from ...records import Row, read_rows
 from ._light import COLOUR, AbstractLight
@@ -43,14 +44,19 @@ class PointLight(AbstractLight):
 
         Edge: a point at the light's own position gets a zero direction, hence no light.
         """
-        to_light = vec3(self.position) - point
-        distance = length(to_light)
-        colour = vec3(self.colour)
+        to_light, power = rescaled(vec3(self.position) - point)
+        distance, direction, colour = length(to_light) / power, normalise(to_light), vec3(self.colour)
         if self.attenuation is None:
-            return normalise(to_light), distance, colour
+            return direction, distance, colour
+        return direction, distance, colour * self._fade(distance)
+
+    def _fade(self, distance: Float[Array, "*n"]) -> Float[Array, "*n"]:
+        """The attenuation, numerator and denominator divided by a far distance, so that no square of it is formed."""
         a0, a1, a2 = (self.attenuation[..., k] for k in range(3))
-        fade = jnp.minimum(1, safe_divide(1, a0 + a1 * distance + a2 * distance * distance, otherwise=1))
-        return normalise(to_light), distance, colour * fade
+        part = 1 / jnp.maximum(jax.lax.stop_gradient(distance), 1)
+        total = a0 * part + (a1 + a2 * distance) * (distance * part)
+        fades = total >= part
+        return jnp.where(fades, part / jnp.where(fades, total, 1), 1)
 
     def brightest(self) -> np.ndarray:
         return np.asarray(self.colour, np.float64)

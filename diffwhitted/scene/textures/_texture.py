@@ -29,6 +29,10 @@ class AbstractTexture(eqx.Module):
     def at(self, point: Vec3) -> Vec3:
         """Linear RGB at the points (in metres, in the frame of the scene); differentiable."""
 
+    def moved(self, by: np.ndarray) -> "AbstractTexture":
+        """The pattern moved by so many metres, (3,); itself where it does not depend on where the origin is."""
+        return self
+
     def brightest(self) -> np.ndarray:
         """The most in each channel, (3,); infinite where none is known."""
         return np.full(3, np.inf)
