@@ -123,10 +123,10 @@ def test_a_file_is_small_and_says_what_it_is(path):
 PUBLIC = {
     "diffwhitted": """
         Antialiased Bounded COEFFICIENTS Camera CapacityError Checker Choice ConstantBackground Derivative
-        DirectionalLight Effects Explanation GradientBackground InputError KNOBS Knob Material Measured Plan Plane
-        PointLight Polygon RayMaps Scene SceneError Settings Sphere antialias choose coefficient_value decide_effects
-        derivative explain load_scene measure parse_scene plan ray_maps read_image render render_with_bound
-        replace_coefficient save_scene scene_schema write_image
+        DirectionalLight Effects Explanation GradientBackground InputError KNOBS Knob Material Measured Parameter
+        Plan Plane PointLight Polygon RayMaps Scene SceneError Settings Sphere antialias choose coefficient_value
+        decide_effects derivative explain load_scene measure parameter_value parameters parse_scene plan ray_maps
+        read_image render render_with_bound replace_coefficient replace_parameter save_scene scene_schema write_image
     """,
     "fitting": """
         FitError FitResult FitStage FitStep FitView FittedCoefficient Target Tradeoff fit tradeoff tradeoff_figure

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._errors import SceneError
-from ..records import Row, changed, is_traced, nearest_name, rows_of
+from ..records import Row, changed, is_traced, nearest_name, number_array, rows_of
 from ._coefficients import BY_NAME, coefficients
 from ._material import checked
 from ._scene import Scene
@@ -164,8 +164,17 @@ def replace_parameter(scene: Scene, name: str, value) -> Scene:
     """
     parameter, index = find_parameter(scene, name)
     if index is not None:
-        value = jnp.asarray(parameter.value(scene)).at[index].set(value)
+        value = _with_component(parameter.value(scene), index, number_array(value, parameter.place, name, ((),)))
     return parameter.replaced(scene, value)
+
+
+def _with_component(whole, index: Index, value):
+    """An array with one of its numbers replaced, on the host where both are concrete."""
+    if is_traced(whole) or is_traced(value):
+        return jnp.asarray(whole).at[index].set(value)
+    changed_one = np.array(whole)
+    changed_one[index] = value
+    return changed_one
 
 
 def _all(scene: Scene) -> Iterator[Parameter]:

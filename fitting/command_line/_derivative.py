@@ -23,7 +23,8 @@ Of = Annotated[
         "--of",
         metavar="NAME",
         show_default=False,
-        help="MATERIAL.COEFFICIENT, such as glass.refractive_index, or another name that `diffwhitted parameters` lists.",
+        help="MATERIAL.COEFFICIENT, such as glass.refractive_index, or another name that `diffwhitted parameters` "
+        "lists.",
     ),
 ]
 Out = Annotated[
@@ -90,7 +91,7 @@ def derivative(
     check_step: CheckStep = None,
     precision: PrecisionName = Precision.float32,
 ) -> None:
-    """Write the derivative of a picture in one coefficient.
+    """Write the derivative of a picture in one number of its scene.
 
     \b
     Where the picture tells of the refractive index, and whether that is true:
@@ -125,7 +126,8 @@ def derivative(
         )
     more = f", {np.count_nonzero(found.refined):,} pixels refined" if found.refined.any() else ""
     say(
-        f"wrote {out}: {view.width} x {view.height} pixels, largest |d/d {of}| {abs(slope).max():.4g}; {found.rays:,} rays{more}"
+        f"wrote {out}: {view.width} x {view.height} pixels, largest |d/d {of}| {abs(slope).max():.4g}; "
+        f"{found.rays:,} rays{more}"
     )
     if truth is not None:
         print(agreement(slope, truth, check_samples, step))

@@ -34,9 +34,9 @@ def parameters(scene: ScenePath, pattern: Pattern = None, depth: Depth = None, j
     What is there to say about the lights?
       diffwhitted parameters scene.toml "light.*"
 
-    "moves" says what a change moves: nothing (weights and colours alone), patterns, shadows, or the rays. "seen" says whether
-    pictures can tell anything of it at all. Bounds are those in which a fit looks unless it is told others; an angle
-    u, v or roll is counted from the direction in the scene.
+    "moves" says what a change moves: nothing (weights and colours alone), patterns, shadows, or the rays. "seen" says
+    whether pictures can tell anything of it at all. Bounds are those in which a fit looks unless it is told others;
+    an angle u, v or roll is counted from the direction in the scene.
     """
     set_up()
     from diffwhitted import load_scene

@@ -28,9 +28,9 @@ def free_parameters(
     """The names of the parameters (or of single components of them) that the patterns name, in the order of the scene,
     and those passed over with the reason.
 
-    "*" and "*.k_d" match materials only; others need their family word ("light.*"). A pattern with a wildcard passes over what
-    cannot change the image. Raises `FitError` for a pattern that matches nothing, and for a plain name that cannot
-    change the image. `cameras`: those whose pictures count.
+    "*" and "*.k_d" match materials only; others need their family word ("light.*"). A pattern with a wildcard passes
+    over what cannot change the image. Raises `FitError` for a pattern that matches nothing, and for a plain name that
+    cannot change the image. `cameras`: those whose pictures count.
     """
     if isinstance(patterns, str):
         patterns = (patterns,)
@@ -81,8 +81,8 @@ def split_free(scene: Scene, name: str) -> tuple[Parameter, str]:
             return parameter, component
     parameter, _ = find_parameter(scene, name)
     raise FitError(
-        f"free: {name} is not free by itself; {parameter.name} is free by its {', '.join(known_parts(scene, parameter))}, or as "
-        f"a whole"
+        f"free: {name} is not free by itself; {parameter.name} is free by {', '.join(known_parts(scene, parameter))}, "
+        "or as a whole"
     )
 
 
