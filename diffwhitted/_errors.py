@@ -36,3 +36,7 @@ class SceneError(InputError):
 
 class CapacityError(RuntimeError):
     """A ray tree outgrew the room that its plan gave it."""
+
+
+class SceneNote(UserWarning):
+    """Something about a scene that a person should know, and that is no error."""

@@ -18,7 +18,19 @@ from ..numerics._workers import processors, side_by_side
 from ..rendering._antialias import antialias, compile_antialias
 from ..rendering._radiance_bound import most_beyond
 from ..scene import DEEPEST, Camera, Scene, Tables
-from ..tree import Beyond, Plan, Samples, likely_room, make_plan, sample_places, tables_of, trace, trace_left_out
+from ..tree import (
+    POINTS,
+    Beyond,
+    Plan,
+    Samples,
+    likely_room,
+    make_plan,
+    points_only,
+    sample_places,
+    tables_of,
+    trace,
+    trace_left_out,
+)
 from ._knobs import Settings
 
 MOST_PLACES = 64
@@ -70,6 +82,7 @@ class Tracer:
         """Trace these pixels, all by default, as `render` does; a program that is not there yet is compiled first."""
         if settings.antialias:
             return self._antialiased(settings, pixels)
+        settings = self._able(settings)
         pixels, side = self.all_pixels if pixels is None else pixels, settings.footprint or settings.samples
         films, rays, seconds = self._films(settings, *self._corners(pixels), _place_groups(side, self.scene.dtype))
         return Traced(settings, films / side**2, rays + len(pixels) * side**2, seconds)
@@ -83,12 +96,19 @@ class Tracer:
         """
         if settings.antialias:
             return None
+        settings = self._able(settings)
         pixels, side = self.all_pixels if pixels is None else pixels, settings.footprint or settings.samples
         if not self.branches:
             return np.zeros((len(pixels), 3))
         beyond = most_beyond(self.scene, self.camera, self.plan(settings))
         films, _, _ = self._films(settings, *self._corners(pixels), _place_groups(side, self.scene.dtype), beyond)
         return films / side**2
+
+    def _able(self, settings: Settings) -> Settings:
+        """The same with points in place of filtered trees where something in the scene knows points only."""
+        if not settings.footprint or not points_only(self.scene):
+            return settings
+        return replace(settings, footprint=0, samples=POINTS * settings.footprint)
 
     def _corners(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Column and row of pixels."""
@@ -99,6 +119,7 @@ class Tracer:
         """The same, with all trees of a few pixels side by side: full passes also where the pixels are few and their
         trees many.
         """
+        settings = self._able(settings)
         side = settings.footprint or settings.samples
         column, row = (np.repeat(at, side**2) for at in (pixels % self.camera.width, pixels // self.camera.width))
         inside = np.tile(_places(side).T - 0.5 / side, len(pixels))

@@ -80,7 +80,7 @@ def _picture(scene: Scene, camera: Camera, plan: Plan) -> tuple[Program, int]:
         program = compiled(lambda given, plan=plan: trace_samples(given[0], camera, plan, given[1], 1), inputs)
         descendants = np.asarray([needed for _, needed in program.run()], np.int64)
         if descendants.max() <= plan.capacity:
-            return program, camera.width * camera.height * max(plan.footprint, 1) ** 2 + int(descendants.sum())
+            return program, camera.width * camera.height * plan.side**2 + int(descendants.sum())
         plan = plan.with_capacity(2 * int(descendants.max()))
 
 

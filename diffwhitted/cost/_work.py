@@ -37,7 +37,7 @@ def work_of(whole: np.ndarray, search: np.ndarray, walk: np.ndarray) -> Work:
 
 def work_programs(scene: Scene, camera: Camera, plan: Plan) -> dict[str, Program]:
     """Two parts of the picture as programs: the search and all that it needs, and the way along known rays alone."""
-    places = sample_places(max(plan.footprint, 1), scene.dtype)
+    places = sample_places(plan.side, scene.dtype)
     tables, plan = tables_of(scene, plan), plan.program
     numbers = list(jnp.arange(plan.passes, dtype=jnp.int32))
 

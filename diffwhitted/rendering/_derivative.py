@@ -80,15 +80,15 @@ def derivative(
     program = partial(_pass, (tables, camera), (along, turn), plan.program)
     films, counts = zip(*side_by_side(lambda one: film_of(program, plan, one), samples), strict=True)
     films, rays = np.stack(films), sum(counts)
-    per_pixel = max(footprint, 1) ** 2
+    per_pixel = plan.side**2
     whole = films.reshape(per_pixel, plan.passes, 2, 3, -1).mean(axis=0)
     image, slope = (
         np.array(gathered(jnp.asarray(whole[:, part]), camera.height, camera.width)).reshape(pixels, 3)
         for part in (0, 1)
     )
-    chosen = _largest(slope) if refine and footprint else np.zeros(0, int)
+    chosen = _largest(slope) if refine and plan.footprint else np.zeros(0, int)
     if chosen.size:
-        side = SIDE * footprint
+        side = SIDE * plan.footprint
         inside = np.asarray(sample_places(side, scene.dtype))
         column, row = (
             (at[:, None] + inside[:, axis]).reshape(-1)
@@ -105,7 +105,7 @@ def derivative(
 
 def _regular(plan: Plan, camera: Camera) -> list[Samples]:
     """The passes of the whole picture, for each of the trees of a pixel."""
-    places = sample_places(max(plan.footprint, 1), camera.look_from.dtype)
+    places = sample_places(plan.side, camera.look_from.dtype)
     return [grid(plan, camera, jnp.int32(number), place) for place in places for number in range(plan.passes)]
 
 

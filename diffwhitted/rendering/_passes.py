@@ -26,7 +26,7 @@ def trace_samples(
         film = light.stacked(axis=0)
         return (film if left is None else jnp.concatenate([film, left.stacked(axis=0)])), descendants
 
-    film, needed = jax.lax.map(one_sample, sample_places(plan.footprint or samples, camera.look_from.dtype))
+    film, needed = jax.lax.map(one_sample, sample_places(max(plan.side, samples), camera.look_from.dtype))
     return film.mean(axis=0), needed
 
 
@@ -54,7 +54,7 @@ def _render_passes(tables: Tables, camera: Camera, plan: Plan, samples: int):
         return light.stacked(axis=0), lost
 
     def one_pass(number):
-        places = sample_places(plan.footprint or samples, camera.look_from.dtype)
+        places = sample_places(max(plan.side, samples), camera.look_from.dtype)
         film, lost = jax.lax.map(lambda place: one_sample(number, place), places)
         return film.mean(axis=0), lost.any()
 

@@ -52,4 +52,4 @@ def render_with_bound(
     image, descendants = traced_with_room(scene, camera, plan, samples, beyond)
     image, rays = np.asarray(image), int(np.asarray(descendants, np.int64).sum())
     left_out = np.zeros_like(image) if image.shape[-1] == 3 else image[..., 3:]
-    return Bounded(image[..., :3], left_out, rays + camera.width * camera.height * max(plan.footprint, samples) ** 2)
+    return Bounded(image[..., :3], left_out, rays + camera.width * camera.height * max(plan.side, samples) ** 2)

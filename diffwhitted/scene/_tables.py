@@ -168,8 +168,15 @@ def _column(values: list, coloured: bool):
     """One value a material, as a column or, of a colour, three."""
     if not coloured:
         return stacked(values)
-    return vec3(stacked([value if np.ndim(value) else np.broadcast_to(value, 3) if not is_traced(value)
-                         else jnp.broadcast_to(value, (3,)) for value in values]))  # fmt: skip
+    if not values:
+        return vec3(jnp.zeros((0, 3)))
+
+    def three(value):
+        if np.ndim(value):
+            return value
+        return jnp.broadcast_to(value, (3,)) if is_traced(value) else np.broadcast_to(value, 3)
+
+    return vec3(stacked(list(map(three, values))))
 
 
 def _some(colour: Vec3) -> Bool[Array, "materials"]:

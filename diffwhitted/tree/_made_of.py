@@ -28,7 +28,7 @@ def made_of(tables: Tables, plan: Plan, at: Arrival, needed, names: Sequence[str
     material = material_at(tables, at.object)
     coefficients = {name: lookup(tables.coefficients[name], material) for name in names}
     # Multiply them by their textures, each pattern computed once.
-    for group in plan.textured:
+    for group in plan.textured if plan.effects.textures else ():
         worn = [name for name in group if name in coefficients]
         if worn:
             pattern = _pattern(tables, lookup(tables.texture_of[group[0]], material), at, needed)

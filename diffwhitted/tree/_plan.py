@@ -1,12 +1,13 @@
 """What a scene calls for, decided once, outside `jit`: effects, depth, and room for the rays."""
 
+import warnings
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from math import ceil
 
 import numpy as np
 
-from .._errors import CapacityError
+from .._errors import CapacityError, SceneNote
 from ..numerics._stage import LANES
 from ..numerics._workers import processors
 from ..scene import (
@@ -19,6 +20,7 @@ from ..scene import (
     marks_of,
     material_names,
     tabulate,
+    texture_names,
     textured_rows,
 )  # fmt: skip
 from ._effects import Effects, as_effects, calls_for, decide_effects, effect_rows
@@ -35,6 +37,8 @@ PIXELS_UNDER_JIT = 80 * 1024
 """Of a pass whose rays nobody has counted: its room is cleared in memory that is fetched anew, which takes time."""
 LARGEST_TREE = 2**18
 """Of one camera ray under `jit` without a plan; beyond it the picture is NaN."""
+POINTS = 4
+"""So many points along the side of a pixel stand in place of a filtered tree."""
 WORST_CASE_LIMIT = 2**24
 LARGEST_ROOM = 2**25
 """Rays other than camera rays in a pass, about 3 GiB; beyond it a picture ends with an error, not with the memory."""
@@ -57,6 +61,8 @@ class Plan:
     max_depth: int
     footprint: int
     """Rays have the footprint of one of footprint x footprint squares of a pixel; 0: none."""
+    samples: int
+    """Points along the side of a pixel in place of a footprint that something in the scene does not know; else 1."""
     total_reflection_is_full: bool
     tinted: bool
     """Transparent objects tint the light that passes through them."""
@@ -83,6 +89,11 @@ class Plan:
     def program(self) -> "Plan":
         """What selects a compiled program: the plan without names."""
         return replace(self, at_work=())
+
+    @property
+    def side(self) -> int:
+        """Trees or points along the side of a pixel."""
+        return self.footprint or self.samples
 
     @property
     def branching(self) -> bool:
@@ -152,9 +163,8 @@ def make_plan(
     the room is the worst case, every ray branching down to `max_depth` (at most 16 M rays).
     """
     depth = scene.max_depth if max_depth is None else max_depth
-    effects = as_effects(decide_effects(scene, free, depth, footprint))
-    trees = scene.footprint if footprint is None else footprint
-    check_footprint(trees, "")
+    trees, points = _trees_or_points(scene, scene.footprint if footprint is None else footprint)
+    effects = as_effects(decide_effects(scene, free, depth, trees))
     passes, pass_pixels, block = _split(
         camera.width * camera.height, pass_of, block_of or (FOOTPRINT_BLOCK if trees else BLOCK)
     )
@@ -163,6 +173,7 @@ def make_plan(
         effects=effects,
         max_depth=depth,
         footprint=trees,
+        samples=points,
         total_reflection_is_full=scene.total_internal_reflection == "full",
         tinted=scene.shadows == "tinted",
         highlight_models=tuple(model for model in HIGHLIGHTS if any(m.highlight == model for m in used.values())),
@@ -185,6 +196,30 @@ def make_plan(
     )
     worst = _worst_case(plan)
     return plan.with_capacity(worst if capacity is None else min(capacity, worst))
+
+
+def points_only(scene: Scene) -> str | None:
+    """What in the scene states no silhouette or no mean over a footprint, so that only points can be traced; or None."""
+    for thing in scene.objects:
+        if not thing.FAMILY.FOOTPRINT:
+            return f"object {thing.name!r} ({thing.TYPE})"
+    worn = {texture for material in scene.materials.values() for _, texture in material.textures}
+    plain = (name for name in texture_names(scene) if name in worn and not scene.textures[name].FOOTPRINT)
+    return next((f"texture {name!r} ({scene.textures[name].TYPE})" for name in plain), None)
+
+
+def _trees_or_points(scene: Scene, footprint: int) -> tuple[int, int]:
+    """Filtered trees along the side of a pixel, or points where something in the scene knows no footprint, with a note."""
+    check_footprint(footprint, "")
+    if not footprint or (what := points_only(scene)) is None:
+        return footprint, 1
+    points = POINTS * footprint
+    warnings.warn(
+        f"{what} knows points only, so {points} x {points} points a pixel are traced in place of footprint = {footprint}",
+        SceneNote,
+        stacklevel=2,
+    )
+    return 0, points
 
 
 def tables_of(scene: Scene, plan: Plan) -> Tables:
