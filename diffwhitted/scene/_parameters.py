@@ -98,8 +98,8 @@ class Parameter:
         if component not in names:
             grey = self.row.coloured and not names and component in ("r", "g", "b")
             there = (
-                f"in the scene {self.row.name} is one number, the same for all channels. Write three numbers there, such as "
-                f"{self.row.name} = [{', '.join([f'{float(self.value(scene)):g}'] * 3)}]"
+                f"in the scene {self.row.name} is one number, the same for all channels. Write three numbers there, "
+                f"such as {self.row.name} = [{', '.join([f'{float(self.value(scene)):g}'] * 3)}]"
                 if grey and not is_traced(self.value(scene))
                 else f"there is {', '.join(names)}"
                 if names
@@ -219,8 +219,8 @@ def _of_family(scene: Scene, name: str, family: str, rest: str) -> tuple[Paramet
         owner, key, component = rest.partition(".")[0], *_parted(rest.partition(".")[2])
         for dotted in (member for member in members if "." in member and f"{rest}.".startswith(f"{member}.")):
             raise SceneError(
-                f"parameter {name!r}: the name of the {family} {dotted!r} has a dot in it, so its numbers have no names; "
-                "rename it in the scene"
+                f"parameter {name!r}: the name of the {family} {dotted!r} has a dot in it, so its numbers have no "
+                "names; rename it in the scene"
             )
         if owner not in members:
             there = ", ".join(members) or "none at all"
@@ -249,8 +249,8 @@ def _no_material(scene: Scene, name: str):
     material, _, coefficient = name.rpartition(".")
     if not material:
         raise SceneError(
-            f"coefficient {name!r}: allowed is MATERIAL.COEFFICIENT, such as 'glass.k_d', or a name that begins with one of "
-            f"{', '.join((*FAMILIES, *WITHOUT_NAME))}"
+            f"coefficient {name!r}: allowed is MATERIAL.COEFFICIENT, such as 'glass.k_d', or a name that begins "
+            f"with one of {', '.join((*FAMILIES, *WITHOUT_NAME))}"
         )
     if material not in scene.materials:
         nearest = nearest_name(material, scene.materials) or nearest_name(name, [p.name for p in _all(scene)])

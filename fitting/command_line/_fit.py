@@ -34,8 +34,8 @@ Free = Annotated[
         metavar="NAME",
         show_default=False,
         help="Number to find: MATERIAL.COEFFICIENT, such as glass.k_d, or another name that `diffwhitted parameters` "
-        "lists, such as light.key.position or object.ball.centre.x. Wildcards in quotes, so that the shell leaves them alone: "
-        '"*.k_d", "glass.*" mean materials, "light.*" lights.',
+        "lists, such as light.key.position or object.ball.centre.x. Wildcards in quotes, so that the shell leaves them "
+        'alone: "*.k_d", "glass.*" mean materials, "light.*" lights.',
     ),
 ]
 Out = Annotated[
@@ -99,8 +99,8 @@ BoundsGiven = Annotated[
         "--bounds",
         metavar="NAME=LOW:HIGH",
         show_default=False,
-        help="Interval to search; wildcards allowed. Default: what `diffwhitted parameters` lists, such as 0:1 for k_*, "
-        "1:1000 for phong_exponent, 1.001:4 for refractive_index.",
+        help="Interval to search; wildcards allowed. Default: what `diffwhitted parameters` lists, such as 0:1 for "
+        "k_*, 1:1000 for phong_exponent, 1.001:4 for refractive_index.",
     ),
 ]
 Starts = Annotated[
