@@ -224,6 +224,8 @@ def test_a_wrong_name_is_told_the_nearest(name, words):
         ("object.sail.vertices", [(0, 0, 0), (1, 0, 0)], ["object 'sail'", "shape"]),
         ("scene.ambient", (1, -1, 1), ["scene", "ambient", ">= 0"]),
         ("texture.tiles.size", 0.0, ["texture 'tiles'", "size = 0", "> 0"]),
+        ("light.lamp.position.x", "left", ["light 'lamp'", "position.x = 'left'"]),
+        ("light.lamp.colour.r", -1, ["light 'lamp'", "colour", ">= 0"]),
         ("light.lamp.position", "left", ["light 'lamp'", "position = 'left'"]),
     ],
 )

@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._errors import SceneError
-from ..records import Row, changed, is_traced, nearest_name, rows_of
+from ..records import Row, changed, is_traced, nearest_name, number_array, rows_of
 from ._coefficients import BY_NAME, coefficients
 from ._material import checked
 from ._scene import Scene
@@ -100,8 +100,8 @@ class Parameter:
         if component not in names:
             grey = self.row.coloured and not names and component in ("r", "g", "b")
             there = (
-                f"in the scene {self.row.name} is one number, the same for all channels. Write three numbers "
-                f"there, such as {self.row.name} = [{', '.join([f'{float(self.value(scene)):g}'] * 3)}]"
+                f"in the scene {self.row.name} is one number, the same for all channels. Write three numbers there, "
+                f"such as {self.row.name} = [{', '.join([f'{float(self.value(scene)):g}'] * 3)}]"
                 if grey and not is_traced(self.value(scene))
                 else f"there is {', '.join(names)}"
                 if names
@@ -166,8 +166,17 @@ def replace_parameter(scene: Scene, name: str, value) -> Scene:
     """
     parameter, index = find_parameter(scene, name)
     if index is not None:
-        value = jnp.asarray(parameter.value(scene)).at[index].set(value)
+        value = _with_component(parameter.value(scene), index, number_array(value, parameter.place, name, ((),)))
     return parameter.replaced(scene, value)
+
+
+def _with_component(whole, index: Index, value):
+    """An array with one of its numbers replaced, on the host where both are concrete."""
+    if is_traced(whole) or is_traced(value):
+        return jnp.asarray(whole).at[index].set(value)
+    changed_one = np.array(whole)
+    changed_one[index] = value
+    return changed_one
 
 
 def _all(scene: Scene) -> Iterator[Parameter]:

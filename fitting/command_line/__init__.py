@@ -36,8 +36,8 @@ app = typer.Typer(
     epilog="Start with: diffwhitted render SCENE.toml -o picture.png. COMMAND --help explains every option.",
 )
 app.command(cls=SeveralValues, short_help="Render a scene to an image file.")(render)
-app.command(cls=SeveralValues, short_help="Find material coefficients from pictures.")(fit)
-app.command(cls=SeveralValues, short_help="Show how a picture changes with a coefficient.")(derivative)
+app.command(cls=SeveralValues, short_help="Find material coefficients, and other numbers, from pictures.")(fit)
+app.command(cls=SeveralValues, short_help="Show how a picture changes with a number of the scene.")(derivative)
 app.command(cls=SeveralValues, short_help="Say what a picture costs, and why.")(explain)
 app.command(cls=SeveralValues, short_help="Measure what accuracy costs in time.")(tradeoff)
 app.command(short_help="List the numbers of a scene by name.")(parameters)

@@ -91,7 +91,7 @@ def derivative(
     check_step: CheckStep = None,
     precision: PrecisionName = Precision.float32,
 ) -> None:
-    """Write the derivative of a picture in one coefficient.
+    """Write the derivative of a picture in one number of its scene.
 
     \b
     Where the picture tells of the refractive index, and whether that is true:

@@ -33,8 +33,9 @@ Free = Annotated[
         "--free",
         metavar="NAME",
         show_default=False,
-        help="Coefficient to find: MATERIAL.COEFFICIENT, such as glass.k_d. Wildcards in quotes, so that the shell "
-        'leaves them alone: "*.k_d", "glass.*".',
+        help="Number to find: MATERIAL.COEFFICIENT, such as glass.k_d, or another name that `diffwhitted parameters` "
+        "lists, such as light.key.position or object.ball.centre.x. Wildcards in quotes, so that the shell leaves them "
+        'alone: "*.k_d", "glass.*" mean materials, "light.*" lights.',
     ),
 ]
 Out = Annotated[
@@ -98,8 +99,8 @@ BoundsGiven = Annotated[
         "--bounds",
         metavar="NAME=LOW:HIGH",
         show_default=False,
-        help="Interval to search; wildcards allowed. Default: 0:1 for k_*, 1:1000 for phong_exponent, 1.001:4 for "
-        "refractive_index.",
+        help="Interval to search; wildcards allowed. Default: what `diffwhitted parameters` lists, such as 0:1 for "
+        "k_*, 1:1000 for phong_exponent, 1.001:4 for refractive_index.",
     ),
 ]
 Starts = Annotated[
@@ -156,7 +157,7 @@ def fit(
     quiet: Quiet = False,
     json: Json = False,
 ) -> int:
-    """Find the material coefficients that make a scene look like its target pictures.
+    """Find the material coefficients, or other numbers of a scene, that make it look like its target pictures.
 
     \b
     Every k_d, and the gloss of the glass, from one picture:
@@ -164,8 +165,9 @@ def fit(
         --free "*.k_d" glass.k_h glass.phong_exponent \\
         --bounds glass.phong_exponent=5:500 --noise 0.01 --out result
 
-    A refractive index moves what is seen through the glass: where one is free, each pixel is one filtered tree
-    unless --footprint says otherwise.
+    A refractive index, a place, a size or a camera moves what is seen: where one is free, each pixel is one filtered
+    tree unless --footprint says otherwise. A direction is free by two angles u and v in degrees, counted from the
+    scene's; a colour by its channels, where the scene gives three numbers.
 
     Prints the coefficients with 95 % intervals, and says which ones the pictures do not determine. Ctrl-C
     stops with the best so far, a second Ctrl-C at once. Exit codes: 0 converged, 1 not converged, not

@@ -13,6 +13,13 @@ from ..problem._unknowns import Unknown
 
 SHARE = 0.1
 """A coefficient belongs to an undetermined direction if its part of it is at least this."""
+FAINT = 1e-3
+"""Or if its part is at least this, well above rounding, and the direction changes it by a tenth, in its own size, of
+what it changes that coefficient by which it changes most: what is small in the picture goes along with what is
+large."""
+FAINT = 1e-3
+"""Or if its part is at least this, well above rounding, and along the direction it changes by `SHARE` of the share of
+itself by which the one that changes most does: a small thing in the picture goes along with a large one unseen."""
 QUANTILE = 1.959964
 WIDEST = 12**-0.5
 """A standard error beyond this share of the bounds says no more than the bounds themselves."""
@@ -56,8 +63,8 @@ def uncertainty(
     scale = np.where(seen, size, 1)
     _, lengths, directions = np.linalg.svd(np.where(seen, factor / scale, 0))
     determined = lengths > precision * lengths.max(initial=1e-300)
-    lost = [int(i) for i in np.flatnonzero(~determined) if np.abs(directions[i][seen]).max(initial=0) > SHARE]
-    confounded = tuple(_partners(j, lost, directions, seen) for j in range(count))
+    taking_part = _taking_part(directions, scale, values, seen, unknowns)[~determined]
+    confounded = tuple(_partners(j, taking_part) for j in range(count))
     inverse = np.divide(1, lengths, out=np.zeros_like(lengths), where=determined)
     covariance = (directions.T * inverse**2) @ directions / np.outer(scale, scale) * noise**2
     spread = np.sqrt(np.maximum(np.diagonal(covariance), 0))
@@ -79,14 +86,23 @@ def uncertainty(
     )
 
 
-def _partners(j: int, lost: list[int], directions: np.ndarray, seen: np.ndarray) -> tuple[int, ...]:
+def _taking_part(
+    directions: np.ndarray, scale: np.ndarray, values: np.ndarray, seen: np.ndarray, unknowns
+) -> np.ndarray:
+    """Which coefficients (columns) take part in which directions (rows)."""
+    sizes = np.asarray(
+        [max(u.size(v), 0.01 * (u.bounds[1] - u.bounds[0])) for u, v in zip(unknowns, values, strict=True)]
+    )
+    part = np.where(seen, np.abs(directions), 0)
+    relative = part / (scale * sizes)
+    largest = relative.max(axis=1, keepdims=True, initial=1e-300)
+    return (part > SHARE) | ((part > FAINT) & (relative > SHARE * largest))
+
+
+def _partners(j: int, taking_part: np.ndarray) -> tuple[int, ...]:
     """The other coefficients in the undetermined directions that coefficient j takes part in."""
-    partners = set()
-    for i in lost:
-        taking_part = np.flatnonzero((np.abs(directions[i]) > SHARE) & seen)
-        if j in taking_part:
-            partners |= set(taking_part.tolist()) - {j}
-    return tuple(sorted(partners))
+    with_it = taking_part[taking_part[:, j]].any(axis=0)
+    return tuple(int(k) for k in np.flatnonzero(with_it) if k != j)
 
 
 def _intervals(values, error, unknowns) -> np.ndarray:

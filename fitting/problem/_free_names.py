@@ -81,9 +81,8 @@ def split_free(scene: Scene, name: str) -> tuple[Parameter, str]:
             return parameter, component
     parameter, _ = find_parameter(scene, name)
     raise FitError(
-        f"free: {name} is not free by itself; {parameter.name} is free by its "
-        f"{', '.join(known_parts(scene, parameter))}, or as "
-        f"a whole"
+        f"free: {name} is not free by itself; {parameter.name} is free by {', '.join(known_parts(scene, parameter))}, "
+        "or as a whole"
     )
 
 

@@ -157,8 +157,8 @@ def _names_of(unknown: Unknown) -> tuple[str, ...]:
 def _start_number(name: str, value) -> float:
     if np.ndim(value) or not _are_numbers([value]):
         raise FitError(
-            f"start: {name} = {value!r}; allowed is a number, and for one channel of a colour its own name, such "
-            f"as {name}.r"
+            f"start: {name} = {value!r}; allowed is a number, and for one channel of a colour its own name, such as "
+            f"{name}.r"
         )
     return float(value)
 
