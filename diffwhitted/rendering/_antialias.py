@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from .._errors import SceneError
+from ..numerics._kept import kept
 from ..scene import Camera, Scene, Tables, depth_number
 from ..tree import Plan, Samples, likely_room, make_plan, tables_of, trace_beside_small
 from ._sample_lists import packed_pass, traced_list
@@ -180,7 +181,7 @@ class Squares:
         )
 
 
-@eqx.filter_jit
+@kept
 def _pass(
     tables: Tables, camera: Camera, plan: Plan, samples: Samples
 ) -> tuple[Float[Array, "4 pixels"], Int[Array, ""]]:

@@ -18,6 +18,7 @@ from jaxtyping import Array, Float
 
 from .._errors import SceneError
 from ..image import gathered
+from ..numerics._kept import kept
 from ..numerics._workers import side_by_side
 from ..scene import Camera, Scene, Tables, depth_number, marks_of, nearest_name, tabulate
 from ..tree import Plan, Samples, grid, likely_room, make_plan, record, replay, sample_places
@@ -129,7 +130,7 @@ def _camera(scene: Scene, tangent, camera: Camera | str) -> tuple[Camera, Any]:
     return camera, jax.tree.map(lambda a: None, camera)
 
 
-@eqx.filter_jit
+@kept
 def _pass(seen: tuple[Tables, Camera], change, plan: Plan, samples: Samples):
     """One pass of tables and camera: value and derivative (2, 3, pixels), and the number of descendants."""
     tree = record(*seen, plan, samples)
