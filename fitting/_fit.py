@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy.stats import qmc
 
 from diffwhitted.scene import Scene, depth_number, is_traced, marks_of, whole_number
 from diffwhitted.tree import decide_effects, likely_room, make_plan, sample_places
@@ -142,6 +141,8 @@ def _build(
 def _starting_points(first: np.ndarray, unknowns, starts: int) -> list[np.ndarray]:
     points = [first]
     if starts > 1:
+        from scipy.stats import qmc  # slow to import, and most fits have one start
+
         bounds = Bounds(unknowns)
         shares = np.concatenate(
             [
