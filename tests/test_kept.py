@@ -76,6 +76,24 @@ def test_traced_arguments_and_functions_without_a_name_are_not_kept(folder):
     assert not list(folder.iterdir())
 
 
+def test_another_process_finds_the_program(tmp_path):
+    """Also where a set is static: each process has its own order of strings."""
+    script = (
+        "import sys, jax.numpy as jnp\n"
+        "from pathlib import Path\n"
+        "from diffwhitted.numerics._kept import keep_programs, kept\n"
+        "def named(names, x):\n"
+        "    return len(names) * x\n"
+        "keep_programs(Path(sys.argv[1]))\n"
+        "print(kept(named)(frozenset('abcdefgh'), jnp.asarray(2.0)))\n"
+    )
+    for seed in ("1", "2"):
+        command = [sys.executable, "-c", script, str(tmp_path)]
+        done = subprocess.run(command, capture_output=True, text=True, env=os.environ | {"PYTHONHASHSEED": seed})
+        assert done.stdout.strip() == "16.0", done.stderr
+    assert len(list(tmp_path.iterdir())) == 1
+
+
 def test_broken_compiled_programs_are_found_and_forgotten(tmp_path):
     """A truncated file of JAX's cache: JAX itself compiles anew each time and never writes over it."""
     script = (

@@ -9,6 +9,7 @@ good as none: it is written anew, and nothing fails for it.
 import functools
 import hashlib
 import pickle
+import re
 import threading
 import types
 from collections.abc import Callable
@@ -42,10 +43,10 @@ def kept(fun: Callable) -> Callable:
     """
     jitted, programs = eqx.filter_jit(fun), {}
 
-    @functools.wraps(fun)
-    def call(*args, **kwargs):
+    def find(args, kwargs):
+        """The kept program, what its results are, and its arguments; None where there is none."""
         if not _FOLDER or any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((args, kwargs))):
-            return jitted(*args, **kwargs)
+            return None
         arrays, static = eqx.partition((args, kwargs), _is_array)
         leaves, structure = jax.tree.flatten(arrays)
         shapes = tuple(jax.ShapeDtypeStruct(np.shape(a), a.dtype) for a in leaves)
@@ -53,12 +54,21 @@ def kept(fun: Callable) -> Callable:
         with _LOCK:
             if key not in programs:
                 programs[key] = _program(fun, structure, shapes, static)
-        if programs[key] is None:
+        return programs[key] and (*programs[key], leaves)
+
+    @functools.wraps(fun)
+    def call(*args, **kwargs):
+        if (found := find(args, kwargs)) is None:
             return jitted(*args, **kwargs)
-        program, results = programs[key]
+        program, results, leaves = found
         return jax.tree.unflatten(results, program(*leaves))
 
-    call.lower = jitted.lower
+    def lower(*args, **kwargs):
+        """The program lowered, to be compiled ahead or looked at."""
+        found = find(args, kwargs)
+        return jitted.lower(*args, **kwargs) if found is None else found[0].lower(*found[2])
+
+    call.lower = lower  # pyright: ignore[reportAttributeAccessIssue]
     return call
 
 
@@ -74,7 +84,7 @@ def _program(fun: Callable, structure, shapes, static):
     name = f"{fun.__module__}.{fun.__qualname__}"
     platform, wide = jax.default_backend(), jax.config.jax_enable_x64
     others = [_written(leaf) for leaf in jax.tree.leaves(static)]
-    key = repr((_fingerprint(), name, platform, wide, structure, shapes, others, jax.tree.structure(static)))
+    key = _ordered(repr((_fingerprint(), name, platform, wide, structure, shapes, others, jax.tree.structure(static))))
     if " at 0x" in key:
         return None
     path = _FOLDER[0] / f"{fun.__name__.strip('_')}-{hashlib.sha256(key.encode()).hexdigest()[:40]}"
@@ -102,6 +112,11 @@ def _program(fun: Callable, structure, shapes, static):
 
     program.__name__ = fun.__name__
     return jax.jit(program), tree
+
+
+def _ordered(text: str) -> str:
+    """A `repr` with its sets in order: each process has its own order of strings."""
+    return re.sub(r"\{([^{}:]*)\}", lambda found: "{" + ", ".join(sorted(found[1].split(", "))) + "}", text)
 
 
 def _written(leaf) -> str:
