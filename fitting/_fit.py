@@ -8,7 +8,6 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy.stats import qmc
 
 from diffwhitted._errors import FarFromOrigin
 from diffwhitted.scene import Scene, depth_number, is_traced, marks_of, near, whole_number
@@ -192,6 +191,8 @@ def _build(
 def _starting_points(first: np.ndarray, unknowns, starts: int) -> list[np.ndarray]:
     points = [first]
     if starts > 1:
+        from scipy.stats import qmc  # slow to import, and most fits have one start
+
         bounds = Bounds(unknowns)
         shares = np.concatenate(
             [

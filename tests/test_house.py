@@ -30,6 +30,7 @@ LONGEST = 300
 LAYERS = (
     "diffwhitted._errors",
     "diffwhitted._files",
+    "diffwhitted._lazily",
     "diffwhitted.numerics",
     "diffwhitted.geometry",
     "diffwhitted.records",

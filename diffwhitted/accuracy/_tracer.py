@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from .._errors import CapacityError
+from ..numerics._kept import kept
 from ..numerics._workers import processors, side_by_side
 from ..rendering._antialias import antialias, compile_antialias
 from ..rendering._radiance_bound import most_beyond
@@ -260,7 +261,7 @@ def _dealt(plan: Plan, column: np.ndarray, row: np.ndarray, count: int) -> list[
     return [Corners(*map(jnp.asarray, corners)) for corners in zip(column, row, there, strict=True)]
 
 
-@eqx.filter_jit
+@kept
 def _pass(
     tables: Tables,
     camera: Camera,

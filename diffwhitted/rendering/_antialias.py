@@ -10,12 +10,12 @@ bounding sphere closer than the distance of two samples, of an object smaller th
 from dataclasses import dataclass
 from functools import partial
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
 from .._errors import SceneError
+from ..numerics._kept import kept
 from ..scene import Camera, Scene, Tables, depth_number, near
 from ..tree import Plan, Samples, likely_room, make_plan, tables_of, trace_beside_small
 from ._sample_lists import packed_pass, traced_list
@@ -180,7 +180,7 @@ class Squares:
         )
 
 
-@eqx.filter_jit
+@kept
 def _pass(
     tables: Tables, camera: Camera, plan: Plan, samples: Samples
 ) -> tuple[Float[Array, "4 pixels"], Int[Array, ""]]:

@@ -18,6 +18,7 @@ from jaxtyping import Array, Float
 
 from .._errors import SceneError
 from ..image import gathered
+from ..numerics._kept import kept
 from ..numerics._workers import side_by_side
 from ..scene import Camera, Scene, Tables, depth_number, marks_of, near, nearest_name, tabulate
 from ..tree import Plan, Samples, grid, likely_room, make_plan, record, replay, sample_places
@@ -135,7 +136,7 @@ def _camera(scene: Scene, tangent, asked: Camera | str, placed: Camera) -> tuple
     return placed, jax.tree.map(lambda a: None, placed)
 
 
-@eqx.filter_jit
+@kept
 def _pass(seen: tuple[Tables, Camera], change, plan: Plan, samples: Samples):
     """One pass of tables and camera: value and derivative (2, 3, pixels), and the number of descendants."""
     tree = record(*seen, plan, samples)
