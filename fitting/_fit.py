@@ -125,8 +125,8 @@ def _near_the_first(scene: Scene, targets: tuple[CheckedTarget, ...]) -> Scene:
     for target in targets:
         if placed.cameras[target.camera].is_far:
             warnings.warn(
-                f"camera {target.camera!r} is so far from camera {targets[0].camera!r} that float32 blurs what it sees; "
-                "fit them one after the other, or in float64",
+                f"camera {target.camera!r} is so far from camera {targets[0].camera!r} that float32 blurs what it "
+                "sees; fit them one after the other, or in float64",
                 FarFromOrigin,
                 stacklevel=3,
             )

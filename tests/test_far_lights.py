@@ -13,7 +13,9 @@ from diffwhitted.numerics._vector import Vec3
 @pytest.mark.parametrize("distance", [1e-30, 0.5, 2.0, 1e15, 1e20, 1e30])
 @pytest.mark.parametrize("attenuation", [None, (1, 1, 0), (1, 0, 0), (0, 0, 1), (0, 1e-20, 0)])
 def test_what_arrives_from_a_light_at_any_distance(distance, attenuation):
-    """Direction, distance and min(1, 1 / (a0 + a1 d + a2 d**2)), worked out in Python's numbers; all derivatives are finite."""
+    """Direction, distance and min(1, 1 / (a0 + a1 d + a2 d**2)), worked out in Python's numbers; all derivatives are
+    finite.
+    """
     light = dw.PointLight(np.float32([0.6 * distance, 0, -0.8 * distance]), (1, 1, 1), attenuation)
     light = jax.tree.map(lambda a: a.astype(jnp.float32), light)
     zero = jnp.zeros(1, jnp.float32)

@@ -88,7 +88,9 @@ material = "paint"
 
 
 def here_and_there(by=FAR, **settings):
-    """The same scene twice. The floor's pattern is that of the world, so a place to compare with is a whole period away."""
+    """The same scene twice. The floor's pattern is that of the world, so a place to compare with is a whole period
+    away.
+    """
     return dw.parse_scene(text(np.zeros(3), **settings)), dw.parse_scene(text(by, **settings))
 
 

@@ -1,8 +1,10 @@
-"""The random scenes of `test_fuzz`, looked at in more ways than one: each way must be finite, never dark below 0, and the same.
+"""The random scenes of `test_fuzz`, looked at in more ways than one: each way must be finite, never dark below 0, and
+the same.
 
-One scene of each structure is a program; everything that is a number varies. Where exact arithmetic has a tie, which these
-scenes look for (a light in the plane of the floor, a camera on a surface), rounding breaks it pixel by pixel; so two
-precisions of one picture agree in nearly all pixels of most scenes, not of all. What is the same arithmetic agrees in all.
+One scene of each structure is a program; everything that is a number varies. Where exact arithmetic has a tie, which
+these scenes look for (a light in the plane of the floor, a camera on a surface), rounding breaks it pixel by pixel;
+so two precisions of one picture agree in nearly all pixels of most scenes, not of all. What is the same arithmetic
+agrees in all.
 """
 
 import functools

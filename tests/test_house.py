@@ -137,8 +137,8 @@ def test_a_file_is_small_and_says_what_it_is(path):
 PUBLIC = {
     "diffwhitted": """
         Antialiased Bounded COEFFICIENTS Camera CapacityError Checker Choice ConstantBackground Derivative
-        DirectionalLight Effects Explanation FarFromOrigin GradientBackground InputError KNOBS Knob Material Measured Plan
-        Parameter Plane PointLight Polygon RayMaps Scene SceneError Settings Sphere antialias choose
+        DirectionalLight Effects Explanation FarFromOrigin GradientBackground InputError KNOBS Knob Material Measured
+        Plan Parameter Plane PointLight Polygon RayMaps Scene SceneError Settings Sphere antialias choose
         coefficient_value decide_effects derivative explain load_scene measure parameter_value parameters
         parse_scene plan ray_maps read_image render render_with_bound replace_coefficient replace_parameter
         save_scene scene_schema write_image
@@ -172,8 +172,7 @@ def test_a_public_name_has_a_docstring_and_an_entry_in_the_reference(name):
 def test_importing_does_no_work_of_jax():
     """No device is initialised, nothing is compiled, and no plotting or fitting library is loaded."""
     program = (
-        "import sys, diffwhitted, fitting\n"
-        "from jax._src import xla_bridge\n"
+        "import sys, diffwhitted, fitting\nfrom jax._src import xla_bridge\n"
         "assert not xla_bridge.backends_are_initialized()\n"
         "late = {'matplotlib', 'colour', 'optimistix'} & set(sys.modules)\n"
         "assert not late, late\n"

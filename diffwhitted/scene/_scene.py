@@ -150,14 +150,16 @@ def _named(lights: Iterable[AbstractLight]) -> tuple[AbstractLight, ...]:
 
 
 def _warn_if_rounded(cameras: Iterable[Camera]) -> None:
-    """Say of cameras far from the origin that were given in float32 that what they see was rounded before it came here."""
+    """Say of cameras far from the origin that were given in float32 that what they see was rounded before it came
+    here.
+    """
     for camera in cameras:
         if camera.look_from.dtype == np.float32:
             away = np.asarray(camera.look_from)
             warnings.warn(
                 f"a camera at {away.tolist()} is far from the origin, where float32 resolves "
-                f"{np.spacing(abs(away).max()):.2g} m, and its numbers were float32 when the scene was built; build the "
-                "scene from Python's numbers or float64 arrays, or nearer to the origin",
+                f"{np.spacing(abs(away).max()):.2g} m, and its numbers were float32 when the scene was built; "
+                "build the scene from Python's numbers or float64 arrays, or nearer to the origin",
                 FarFromOrigin,
                 stacklevel=4,
             )

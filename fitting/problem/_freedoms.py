@@ -75,7 +75,7 @@ def read(scene: Scene, parameter: Parameter, other: Scene) -> np.ndarray:
 
 def moved(
     scene: Scene, other: Scene, parameter: Parameter, numbers: Sequence[int], values: Float[Array | np.ndarray, "k"]
-) -> Array:
+) -> Array | np.ndarray:
     """The value of a parameter in `other` with those of its unknowns that are numbered; differentiable in the values.
 
     `scene` is the one from which angles and moves are counted.
