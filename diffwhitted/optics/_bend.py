@@ -6,7 +6,7 @@ from jaxtyping import Array, Bool, Float
 
 from ..numerics._coverage import Linear
 from ..numerics._safe import normalise, safe_divide, safe_sqrt
-from ..numerics._vector import Vec3, dot
+from ..numerics._vector import Vec3, dot, where
 
 
 def mirrored(direction: Vec3, normal: Vec3) -> Vec3:
@@ -14,18 +14,28 @@ def mirrored(direction: Vec3, normal: Vec3) -> Vec3:
     return direction - normal * (2 * dot(direction, normal))
 
 
+STEEP = 4.0
+"""Ratio of indices above which refraction is reckoned from the sine: the usual form loses the digits that eta**2 is worth."""
+
+
 def along_surface(direction: Vec3, normal: Vec3) -> Vec3:
     """u + cos_i N, the part of a direction in the tangent plane; as long as the sine of the angle of incidence."""
     return direction - normal * dot(direction, normal)
 
 
+def sine_squared(direction: Vec3, normal: Vec3, eta: Float[Array, "..."] | float) -> Float[Array, "..."]:
+    """sin_i**2 of the angle of incidence: 1 - cos_i**2, and for a steep ratio of indices from the sine itself."""
+    cosine, along = dot(direction, normal), along_surface(direction, normal)
+    return jnp.where(eta > STEEP, dot(along, along), 1 - cosine * cosine)
+
+
 def refraction_radicand(
-    cos_i: Float[Array, "*n"], eta: Float[Array, "..."] | float, sine_squared: Float[Array, "*n"] | None = None
+    cos_i: Float[Array, "*n"], eta: Float[Array, "..."] | float, sine_squared: Float[Array, "..."] | None = None
 ) -> Float[Array, "..."]:
     """cos_r**2 = 1 - eta**2 sin_i**2, the radicand of (14-51); negative at total internal reflection.
 
-    Written as cos_i**2 + (1 - eta**2) sin_i**2, which is exactly cos_i**2 at eta = 1. `sine_squared` is that of
-    `along_surface`: without it it is 1 - cos_i**2, whose rounding an eta of 1000 makes a million times larger.
+    Written as cos_i**2 + (1 - eta**2) sin_i**2, which is exactly cos_i**2 at eta = 1. Without `sine_squared` (see there)
+    it is 1 - cos_i**2, whose rounding an eta of 1000 makes a million times larger.
     """
     if sine_squared is None:
         sine_squared = 1 - cos_i * cos_i
@@ -33,19 +43,22 @@ def refraction_radicand(
 
 
 def refracted(direction: Vec3, normal: Vec3, eta: Float[Array, "..."] | float) -> Vec3:
-    """T = eta (u + cos_i N) - cos_r N (Hearn and Baker 14-50), N on the side of the incoming ray.
+    """T = eta u - (cos_r - eta cos_i) N (Hearn and Baker 14-50), N on the side of the incoming ray.
 
     `eta` is the index on the ray's side over the one on the far side. Edges: at eta = 1 the ray goes
     straight on to the last digit or two; at the critical angle cos_r = 0 with derivative 0 (the one-sided
-    limit is infinite). Past it the result has no meaning: see `refraction_radicand`.
+    limit is infinite). Past it the result has no meaning: see `refraction_radicand`. Above `STEEP` it is
+    eta (u + cos_i N) - cos_r N, made as long as 1.
     """
-    along = along_surface(direction, normal)
-    cos_r = safe_sqrt(refraction_radicand(-dot(direction, normal), eta, dot(along, along)))
-    return normalise(along * eta - normal * cos_r)
+    cos_i = -dot(direction, normal)
+    cos_r = safe_sqrt(refraction_radicand(cos_i, eta, sine_squared(direction, normal, eta)))
+    bent = direction * eta - normal * (cos_r - eta * cos_i)
+    steep = normalise(along_surface(direction, normal) * eta - normal * cos_r)
+    return where(eta > STEEP, steep, bent)
 
 
 class Turn(eqx.Module):
-    """A direction after a surface, a u + b N made as long as 1, to first order over a pixel.
+    """A direction after a surface, a u + b N, to first order over a pixel.
 
     A mirror has a = 1, b = 2 cos_i; glass has a = eta, b = eta cos_i - cos_r.
     """
@@ -57,7 +70,8 @@ class Turn(eqx.Module):
     down: Float[Array, "*n"]
 
     def direction(self, incoming: Vec3, normal: Vec3) -> Vec3:
-        return normalise(incoming * self.along + normal * self.normal)
+        bent = incoming * self.along + normal * self.normal
+        return where(self.along > STEEP, normalise(bent), bent)
 
     def change(self, turn: Vec3, normal_turn: Vec3, normal: Vec3, of_b: Float[Array, "*n"]) -> Vec3:
         """Change of the direction if the incoming changes by `turn` and the normal by `normal_turn` (Igehy 1999)."""

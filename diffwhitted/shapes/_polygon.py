@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from .._errors import SceneError
 from ..geometry import AbstractSurfaces, Footprint, Ray, steps_on_surface
 from ..numerics._coverage import Linear
-from ..numerics._safe import length, normalise, safe_divide
+from ..numerics._safe import length, normalise, power_of_two, safe_divide
 from ..numerics._vector import Vec3, cross, dot, vec3, where
 from ..records import Row, is_traced, number_array, stacked
 from ._object import AbstractObject
@@ -43,7 +43,7 @@ class Polygons(AbstractSurfaces):
         largest = jax.lax.stop_gradient(
             jnp.maximum(jnp.maximum(abs(spokes.x), abs(spokes.y)), abs(spokes.z)).max(axis=-1, keepdims=True)
         )
-        spokes = spokes * safe_divide(1, largest)
+        spokes = spokes * power_of_two(largest)
         following = Vec3(*(jnp.roll(c, -1, axis=-1) for c in (spokes.x, spokes.y, spokes.z)))
         doubled_area = cross(spokes, following)
         normal = normalise(Vec3(*(c.sum(axis=-1) for c in (doubled_area.x, doubled_area.y, doubled_area.z))))

@@ -37,7 +37,7 @@ from ..numerics._coverage import Linear, is_cut, ramp
 from ..numerics._safe import normalise, safe_divide
 from ..numerics._stage import always, packed, stage
 from ..numerics._vector import Vec3, dot, where
-from ..optics import Turn, along_surface, refraction_radicand, turn_at
+from ..optics import Turn, refraction_radicand, sine_squared, turn_at
 from ._arrival import MIRROR, PAST, TOTAL, TRANSMITTED, Arrival, Beam
 from ._plan import Plan
 from ._weights import weight_at_rim
@@ -92,8 +92,7 @@ def radicand(at: Arrival, eta: Float[Array, "n"]) -> Linear:
     """
     cosine = _cosine(at)
     by = 2 * eta * eta * cosine.value
-    along = along_surface(at.direction, at.normal)
-    value = refraction_radicand(cosine.value, eta, dot(along, along))
+    value = refraction_radicand(cosine.value, eta, sine_squared(at.direction, at.normal, eta))
     square = Linear(value, cosine.across * by, cosine.down * by).within(1.0)
     returns, level = ~at.entering & (at.beam.footprint.within == at.primitive), jnp.zeros_like(by)
     return where(returns, Linear(jnp.maximum(square.value, 0), level, level), square)
@@ -194,7 +193,7 @@ def _at_rim(at: Arrival, branch, eta) -> tuple[Ray, Footprint, Float[Array, "n"]
     beam = Beam(footprint, at.beam.curvature, edge, None)
     part = replace(at, point=moved.origin, normal=normal, direction=moved.direction, outside=None, beam=beam)
     ray, footprint = _turned(part, turn_at(_cosine(part), eta, mean, through), branch)
-    return ray, footprint, edge.share
+    return Ray(ray.origin, normalise(ray.direction)), footprint, edge.share
 
 
 def _cosine(at: Arrival) -> Linear:

@@ -5,7 +5,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from ..geometry import Departure, Footprint, Ray
 from ..numerics._vector import Vec3, dot, lookup, where
-from ..optics import along_surface, mirrored, refracted, refraction_radicand
+from ..optics import mirrored, refracted, refraction_radicand, sine_squared
 from ..scene import Tables
 from ._arrival import MIRROR, PAST, TOTAL, TRANSMITTED, Arrival
 from ._beam import child_beam, is_rim, radicand
@@ -77,6 +77,7 @@ def _total_reflection(tables: Tables, at: Arrival) -> tuple[Bool[Array, "n"], Bo
         square = radicand(at, eta(tables, at))
         rim, past = is_rim(square), square.value < 0
         return past | rim, past & ~rim
-    along = along_surface(at.direction, at.normal)
-    past = refraction_radicand(-dot(at.normal, at.direction), eta(tables, at), dot(along, along)) < 0
+    bend = eta(tables, at)
+    sine = sine_squared(at.direction, at.normal, bend)
+    past = refraction_radicand(-dot(at.normal, at.direction), bend, sine) < 0
     return past, past
