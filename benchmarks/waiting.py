@@ -51,7 +51,7 @@ def _without_a_plan(size: tuple[int, int]) -> list[Figure]:
         planned, free = (program(plan, differentiated) for plan in plans)
         error = float(jnp.max(jnp.abs(planned(value) - free(value))) / jnp.max(jnp.abs(planned(value))))
         base, seconds = taking_turns([lambda p=p: p(value) for p in (planned, free)], ROUNDS)
-        memory = free.memory_analysis().temp_size_in_bytes / 2**20
+        memory = free.memory_analysis().temp_size_in_bytes / 2**20  # pyright: ignore[reportOptionalMemberAccess]
         note = f"{ratio(seconds, base)}; {seconds}; {memory:.0f} MiB; largest relative difference {error:.1g}"
         name = f"{what} {size[0]}x{size[1]} under jit without a plan / with one"
         figures.append(Figure(name, ratio(seconds, base).median, "", target, note))
@@ -60,7 +60,8 @@ def _without_a_plan(size: tuple[int, int]) -> list[Figure]:
 
 def _import() -> Figure:
     """Processor time of `import diffwhitted` where jax is there already."""
-    script = "import time, jax, jax.numpy; begun = time.process_time(); import diffwhitted; print(time.process_time() - begun)"
+    clock = "time.process_time()"
+    script = f"import time, jax, jax.numpy; begun = {clock}; import diffwhitted; print({clock} - begun)"
     seconds = [float(subprocess.check_output([sys.executable, "-c", script], text=True)) for _ in range(5)]
     return Figure("import diffwhitted, processor time beyond jax", min(seconds), "s", IMPORT, f"shortest of {seconds}")
 

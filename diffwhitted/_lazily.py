@@ -2,9 +2,10 @@
 
 from collections.abc import Callable, Mapping
 from importlib import import_module
+from typing import Any
 
 
-def lazily(package: str, homes: Mapping[str, str]) -> Callable[[str], object]:
+def lazily(package: str, homes: Mapping[Any, str]) -> Callable[[str], object]:
     """A `__getattr__` for the package, which finds its names in the modules that `homes` says."""
 
     def find(name: str) -> object:

@@ -20,6 +20,7 @@ import equinox as eqx
 import jax
 import jax.export
 import numpy as np
+from jax.core import Tracer
 
 MOST_FILES = 500
 """The oldest are removed when there are more."""
@@ -45,7 +46,7 @@ def kept(fun: Callable) -> Callable:
 
     def find(args, kwargs):
         """The kept program, what its results are, and its arguments; None where there is none."""
-        if not _FOLDER or any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((args, kwargs))):
+        if not _FOLDER or any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((args, kwargs))):
             return None
         arrays, static = eqx.partition((args, kwargs), _is_array)
         leaves, structure = jax.tree.flatten(arrays)
@@ -66,7 +67,7 @@ def kept(fun: Callable) -> Callable:
     def lower(*args, **kwargs):
         """The program lowered, to be compiled ahead or looked at."""
         found = find(args, kwargs)
-        return jitted.lower(*args, **kwargs) if found is None else found[0].lower(*found[2])
+        return jitted.lower(*args, **kwargs) if found is None else found[0].lower(*found[2])  # pyright: ignore[reportAttributeAccessIssue]
 
     call.lower = lower  # pyright: ignore[reportAttributeAccessIssue]
     return call
@@ -82,7 +83,7 @@ def _program(fun: Callable, structure, shapes, static):
     None where it cannot be kept: something static is known by its place in memory, or JAX cannot export it.
     """
     name = f"{fun.__module__}.{fun.__qualname__}"
-    platform, wide = jax.default_backend(), jax.config.jax_enable_x64
+    platform, wide = jax.default_backend(), jax.dtypes.canonicalize_dtype(float).name
     others = [_written(leaf) for leaf in jax.tree.leaves(static)]
     key = _ordered(repr((_fingerprint(), name, platform, wide, structure, shapes, others, jax.tree.structure(static))))
     if " at 0x" in key:

@@ -15,7 +15,7 @@ def mirrored(direction: Vec3, normal: Vec3) -> Vec3:
 
 
 STEEP = 4.0
-"""Ratio of indices above which refraction is reckoned from the sine: the usual form loses the digits that eta**2 is worth."""
+"""Ratio of indices above which refraction is reckoned from the sine: the usual form loses as many digits as eta**2 has."""
 
 
 def along_surface(direction: Vec3, normal: Vec3) -> Vec3:
@@ -34,8 +34,8 @@ def refraction_radicand(
 ) -> Float[Array, "..."]:
     """cos_r**2 = 1 - eta**2 sin_i**2, the radicand of (14-51); negative at total internal reflection.
 
-    Written as cos_i**2 + (1 - eta**2) sin_i**2, which is exactly cos_i**2 at eta = 1. Without `sine_squared` (see there)
-    it is 1 - cos_i**2, whose rounding an eta of 1000 makes a million times larger.
+    Written as cos_i**2 + (1 - eta**2) sin_i**2, which is exactly cos_i**2 at eta = 1. Without `sine_squared` (see
+    there) it is 1 - cos_i**2, whose rounding an eta of 1000 makes a million times larger.
     """
     if sine_squared is None:
         sine_squared = 1 - cos_i * cos_i

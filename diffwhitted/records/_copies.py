@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 
 from ..numerics._vector import lookup
 from ._checks import is_traced
+from ._row import rows_of
 
 R = TypeVar("R", bound=eqx.Module)
 
@@ -29,7 +30,7 @@ def moved(record: R, by: np.ndarray) -> R:
 
     What is known is moved in float64, what is traced in its own precision.
     """
-    places = [row.name for row in record.ROWS if row.kind in ("vector", "vectors") and row.unit == "m"]
+    places = [row.name for row in rows_of(record).values() if row.kind in ("vector", "vectors") and row.unit == "m"]
     return changed(record, **{name: shifted(getattr(record, name), by) for name in places})
 
 

@@ -48,15 +48,7 @@ class PointLight(AbstractLight):
         distance, direction, colour = length(to_light) / power, normalise(to_light), vec3(self.colour)
         if self.attenuation is None:
             return direction, distance, colour
-        return direction, distance, colour * self._fade(distance)
-
-    def _fade(self, distance: Float[Array, "*n"]) -> Float[Array, "*n"]:
-        """The attenuation, numerator and denominator divided by a far distance, so that no square of it is formed."""
-        a0, a1, a2 = (self.attenuation[..., k] for k in range(3))
-        part = 1 / jnp.maximum(jax.lax.stop_gradient(distance), 1)
-        total = a0 * part + (a1 + a2 * distance) * (distance * part)
-        fades = total >= part
-        return jnp.where(fades, part / jnp.where(fades, total, 1), 1)
+        return direction, distance, colour * _fade(self.attenuation, distance)
 
     def brightest(self) -> np.ndarray:
         return np.asarray(self.colour, np.float64)
@@ -70,3 +62,12 @@ class PointLight(AbstractLight):
 
     def without_fading(self) -> "PointLight":
         return PointLight(self.position, self.colour, name=self.name)
+
+
+def _fade(attenuation: Float[Array, "*n 3"], distance: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    """The attenuation, numerator and denominator divided by a far distance, so that no square of it is formed."""
+    a0, a1, a2 = (attenuation[..., k] for k in range(3))
+    part = 1 / jnp.maximum(jax.lax.stop_gradient(distance), 1)
+    total = a0 * part + (a1 + a2 * distance) * (distance * part)
+    fades = total >= part
+    return jnp.where(fades, part / jnp.where(fades, total, 1), 1)

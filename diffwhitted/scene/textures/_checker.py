@@ -40,7 +40,8 @@ class Checker(AbstractTexture):
         require(lambda s: s > 0, place, "size", self.size, "> 0")
         if not axes or len(set(axes)) != len(axes) or set(axes) - set("xyz"):
             raise SceneError(f'{place}: axes = {axes!r}; allowed are some of the letters x, y, z, such as "xz"')
-        self.axes, self.corner = axes, np.zeros(3)
+        self.axes = axes
+        self.corner = number_array((0.0, 0.0, 0.0), place, "corner", ((3,),))
 
     def moved(self, by: np.ndarray) -> "Checker":
         """The pattern moved by so many metres, less the whole periods, while the size is known in float64."""
