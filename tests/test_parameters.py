@@ -78,19 +78,21 @@ def found(name: str) -> dw.Parameter:
 
 
 @functools.cache
-def programs():
-    """The filtered picture with its derivative along a tangent, and the picture of many points; compiled once for all
-    names.
+def programs(moving: bool):
+    """The picture with its derivative along a tangent, and the picture of many points; compiled once for all names.
+
+    Where something moves each pixel is a filtered tree, of camera rays alone (what moves through mirrors and glass,
+    `test_edges` tells); where nothing does it is one point, with mirrors and glass.
     """
-    scene = one_of_each()
-    camera = scene.cameras["main"]
-    plans = [dw.plan(scene, camera, footprint=trees, free=BRANCHES) for trees in (1, 0)]
+    scene, depth = one_of_each(), 1 if moving else 2
+    camera, free = scene.cameras["main"], () if moving else BRANCHES
+    plans = [dw.plan(scene, camera, footprint=trees, free=free, max_depth=depth) for trees in (int(moving), 0)]
     plans = [plan.with_capacity(2 * plan.capacity) for plan in plans]
 
-    def filtered(scene):
+    def picture(scene):
         return dw.render(scene, scene.cameras["main"], plan=plans[0])
 
-    slope = eqx.filter_jit(lambda scene, tangent: jax.jvp(filtered, (scene,), (tangent,)))
+    slope = eqx.filter_jit(lambda scene, tangent: jax.jvp(picture, (scene,), (tangent,)))
     points = eqx.filter_jit(lambda scene: dw.render(scene, scene.cameras["main"], plan=plans[1], samples=SAMPLES))
     return slope, points
 
@@ -148,8 +150,9 @@ def test_a_number_is_read_replaced_and_put_back(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_the_derivative_in_every_number(name):
     scene, parameter = one_of_each(), found(name)
-    slope, points = programs()
-    why = idle(scene, parameter, BRANCHES + (name,), cameras=("main",))
+    moving = parameter.row.moves != "nothing"
+    slope, points = programs(moving)
+    why = idle(scene, parameter, (*BRANCHES, name), max_depth=1 if moving else 2, cameras=("main",))
     for unknown in list_unknowns(scene, [name]):
         (value,) = values_in(scene, [unknown], scene)
         here, tangent = moved(unknown, value)
