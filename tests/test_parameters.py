@@ -12,8 +12,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jaxtyping import Array
 
 import diffwhitted as dw
+from diffwhitted.numerics._safe import normalise
+from diffwhitted.numerics._vector import vec3
+from diffwhitted.records import Row, read_rows
+from diffwhitted.scene import BACKGROUNDS, LIGHTS, OBJECTS, TEXTURES, AbstractLight
 from diffwhitted.tree import idle
 from fitting import FitError
 from fitting.problem._free_names import free_parameters
@@ -114,8 +119,6 @@ def moved(unknown, value):
 
 
 def test_the_scene_has_one_of_each_kind():
-    from diffwhitted.scene import BACKGROUNDS, LIGHTS, OBJECTS, TEXTURES
-
     scene = one_of_each()
     for registry, things in ((OBJECTS, scene.objects), (LIGHTS, scene.lights), (TEXTURES, scene.textures.values())):
         assert {type(thing) for thing in things} == set(registry)
@@ -367,3 +370,49 @@ def test_places_are_looked_for_within_the_size_of_the_scene():
     ]  # fmt: skip
     with pytest.raises(FitError, match="bounds: object.ball.radius = 0 to 1; allowed is low < high with low > 0"):
         list_unknowns(one_of_each(), ["object.ball.radius"], {"object.ball.radius": (0, 1)})
+
+
+class Strip(AbstractLight):
+    """A light that the package does not have: so much along a direction, fading with a length."""
+
+    TYPE = "strip"
+    ROWS = (
+        Row("facing", "direction", "Towards the light.", nonzero=True, moves="shadows"),
+        Row("width", "number", "Metres.", unit="m", lowest=0, excluded=True, scale="log"),
+        Row("tint", "colour", "Linear RGB.", lowest=0, fit_bounds=(0.0, 2.0)),
+    )
+    facing: Array
+    width: Array
+    tint: Array
+    name: str | None = eqx.field(static=True)
+
+    def __init__(self, facing, width, tint, name=None, place="strip"):
+        self.name = name
+        read_rows(self, place, facing=facing, width=width, tint=tint)
+
+    def arriving(self, point):
+        far = jnp.full_like(point.x, jnp.inf)
+        return normalise(vec3(self.facing)) * jnp.ones_like(point.x), far, vec3(self.tint) * self.width
+
+
+def test_a_kind_that_is_registered_has_its_names_from_its_rows():
+    with LIGHTS.including(Strip):
+        scene = dw.Scene(
+            objects=[dw.Sphere("ball", (0, 0, 0), 1, "red")],
+            materials={"red": dw.Material(k_d=(0.7, 0.4, 0.2))},
+            lights=[Strip((0, 1, 1), 0.5, (1, 1, 1), name="neon")],
+            cameras={"main": dw.Camera((0, 0.5, 5), (0, 0, 0), 40, 12, 8)},
+        )
+        assert [p.name for p in dw.parameters(scene) if p.family == "light"] == [
+            "light.neon.facing", "light.neon.width", "light.neon.tint"
+        ]  # fmt: skip
+        wider = dw.replace_parameter(scene, "light.neon.width", 1.0)
+        pictures = [np.asarray(dw.render(s, s.cameras["main"])) for s in (scene, wider)]
+        np.testing.assert_allclose(pictures[1], 2 * pictures[0], rtol=1e-6)
+        unknowns = list_unknowns(scene, ["light.neon.facing", "light.neon.width", "light.neon.tint.g"])
+        assert [(u.name, u.bounds) for u in unknowns] == [
+            ("light.neon.facing.u", (-45, 45)), ("light.neon.facing.v", (-45, 45)),
+            ("light.neon.width", (0.125, 2)), ("light.neon.tint.g", (0, 2)),
+        ]  # fmt: skip
+        with pytest.raises(dw.SceneError, match="light 'neon': width = 0; allowed is > 0"):
+            dw.replace_parameter(scene, "light.neon.width", 0)
