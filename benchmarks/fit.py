@@ -142,8 +142,9 @@ def _with_and_without_stages() -> dict:
 
 def _middle_of_bounds() -> dict[str, float]:
     middle = {
-        row.name: np.sqrt(np.prod(row.fit_bounds)) if row.scale == "log" else np.mean(row.fit_bounds)
+        row.name: float(np.sqrt(np.prod(ends)) if row.scale == "log" else np.mean(ends))
         for row in diffwhitted.COEFFICIENTS
+        if (ends := row.fit_bounds)
     }
     return {f"*.{name}": float(middle[name]) for name in {u.rpartition(".")[2] for u in UNKNOWNS}}
 

@@ -13,12 +13,13 @@ The precision of a scene is that of its arrays, float32 unless it is made or loa
 `precision="float64"`.
 """
 
-from ._errors import CapacityError, InputError, SceneError
+from typing import TYPE_CHECKING
+
+from ._errors import CapacityError, FarFromOrigin, InputError, SceneError
+from ._lazily import lazily
 from ._render import plan, render
 from .accuracy import KNOBS, Choice, Knob, Measured, Settings, choose, measure
 from .cost import Explanation, RayMaps, explain, ray_maps
-from .formats import load_scene, parse_scene, save_scene, scene_schema
-from .image import read_image, write_image
 from .rendering._antialias import Antialiased, antialias
 from .rendering._derivative import Derivative, derivative
 from .rendering._render_with_bound import Bounded, render_with_bound
@@ -44,6 +45,10 @@ from .scene import (
 )
 from .tree import Effects, Plan, decide_effects
 
+if TYPE_CHECKING:
+    from .formats import load_scene, parse_scene, save_scene, scene_schema
+    from .image import read_image, write_image
+
 __all__ = [
     "Antialiased",
     "Bounded",
@@ -57,6 +62,7 @@ __all__ = [
     "DirectionalLight",
     "Effects",
     "Explanation",
+    "FarFromOrigin",
     "GradientBackground",
     "InputError",
     "KNOBS",
@@ -95,3 +101,10 @@ __all__ = [
     "scene_schema",
     "write_image",
 ]
+
+__getattr__ = lazily(
+    __name__,
+    dict.fromkeys(("load_scene", "parse_scene", "save_scene", "scene_schema"), "formats")
+    | dict.fromkeys(("read_image", "write_image"), "image"),
+)
+"""Schemas of scene files and libraries of pictures wait until a file is read or written."""

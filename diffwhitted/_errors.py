@@ -3,7 +3,9 @@
 import unicodedata
 
 _UNPRINTABLE = {"Cc", "Cs", "Zl", "Zp"}
-"""Categories of Unicode: control characters, halves of pairs (bytes of a file name that are no text), breaks of lines."""
+"""Categories of Unicode: control characters, halves of pairs (bytes of a file name that are no text), breaks of
+lines.
+"""
 _TURNING = {"LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI"}
 """Characters that turn the direction in which those after them are shown."""
 
@@ -32,6 +34,10 @@ class InputError(ValueError):
 
 class SceneError(InputError):
     """A scene, or one of its records, is not valid."""
+
+
+class FarFromOrigin(UserWarning):
+    """A scene lies so far from the origin of its coordinates that what was given in float32 is blurred."""
 
 
 class CapacityError(RuntimeError):

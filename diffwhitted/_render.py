@@ -13,7 +13,7 @@ from .accuracy import choose
 from .rendering._antialias import antialias as adaptive
 from .rendering._passes import recorded_with_room, render_passes, traced_passes, traced_with_room
 from .rendering._unforeseen import poisoned, unforeseen
-from .scene import Camera, Scene, depth_number, find_parameter, is_traced, whole_number
+from .scene import Camera, Scene, depth_number, find_parameter, is_traced, near, whole_number
 from .tree import Plan, likely_room, make_plan, unmeasured_plan
 
 
@@ -59,7 +59,7 @@ def render(
             )
         return jnp.asarray(choose(scene, camera, tolerance=tolerance).measured.image)
     scene = scene.with_cutoff(cutoff)
-    camera = camera.in_precision(scene.dtype)
+    scene, camera = near(scene, camera)
     samples, max_depth, given = whole_number(samples, "samples"), depth_number(max_depth), plan is not None
     for option, value in (("max_depth", max_depth), ("footprint", footprint)):
         if given and value is not None:
@@ -128,7 +128,7 @@ def plan(
     for name in free:
         find_parameter(scene, name)
     max_depth = depth_number(max_depth)
-    camera = camera.in_precision(scene.dtype)
+    scene, camera = near(scene, camera)
     guess = make_plan(scene, camera, free=free, max_depth=max_depth, capacity=likely_room(camera), footprint=footprint)
     guess, trees = recorded_with_room(scene, camera, guess)
     return guess.with_capacity(int(1.1 * int(np.max(trees.descendants))))

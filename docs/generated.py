@@ -43,7 +43,7 @@ def coefficients() -> str:
             row.meaning,
             f"{row.lowest:g} to {row.highest:g}".replace("inf", "∞"),
             "that of k_s" if row.default is None else f"{row.default:g}",
-            f"{row.fit_bounds[0]:g} to {row.fit_bounds[1]:g}",
+            "{:g} to {:g}".format(*row.fit_bounds or ()),
             "yes" if row.coloured else "no",
             row.source,
         )

@@ -1,15 +1,17 @@
 """The fit: from target pictures to material coefficients with uncertainties."""
 
 import time
+import warnings
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy.stats import qmc
 
-from diffwhitted.scene import Scene, depth_number, is_traced, marks_of, whole_number
-from diffwhitted.tree import decide_effects, likely_room, make_plan, sample_places
+from diffwhitted._errors import FarFromOrigin
+from diffwhitted.scene import Scene, depth_number, is_traced, marks_of, near, whole_number
+from diffwhitted.tree import POINTS, decide_effects, likely_room, make_plan, points_only, sample_places
 
 from ._errors import FitError
 from ._outcome import outcome, with_runs
@@ -19,7 +21,7 @@ from .problem._bounds import Bounds
 from .problem._free_names import free_parameters, whole_names
 from .problem._problem import Problem, any_moves, prepared
 from .problem._target import CheckedTarget, as_targets
-from .problem._unknowns import list_unknowns, start_values
+from .problem._unknowns import Unknown, insert, list_unknowns, start_values
 from .problem._views import PART_PIXELS, PART_RAYS, view_of
 from .solving._solve import compile_solver
 from .solving._stages import run, stages_of
@@ -78,11 +80,15 @@ def fit(
     )
     max_depth = depth_number(max_depth)
     targets = as_targets(scene, targets)
+    given, scene = scene, _near_the_first(scene, targets)
     names, passed_over = free_parameters(scene, free, max_depth, {target.camera for target in targets})
     unknowns = list_unknowns(scene, names, bounds)
+    if given is not scene:
+        _require_no_places(unknowns)
     first = start_values(scene, unknowns, start)
     if footprint is None:
         footprint = scene.footprint or (samples if any_moves(unknowns) else 0)
+    footprint, samples = _able(scene, unknowns, footprint, samples)
     problem, scale = _build(scene, targets, names, unknowns, first, samples, max_depth, footprint)
     stages = stages_of(problem, targets, coarse_to_fine)
     compile_solver(problem, first)
@@ -97,7 +103,34 @@ def fit(
     )
     notes = tuple(f"{name} left as it is: {why}" for name, why in passed_over)
     result = outcome(scene, targets, problem, first, best, UNIT, effects, notes)
+    if given is not scene:
+        result = replace(result, scene=insert(given, unknowns, best.values.astype(given.dtype)))
     return with_runs(result, solutions, seconds_compile)
+
+
+def _require_no_places(unknowns) -> None:
+    """Raise `FitError` where a place is free in a scene that is far from the origin."""
+    for unknown in unknowns:
+        row = unknown.parameter.row
+        if row.unit == "m" and row.kind in ("vector", "vectors") or row.name == "offset":
+            raise FitError(
+                f"--free {unknown.name}: the scene is far from the origin of its coordinates, where float32 does not "
+                "resolve places; move the scene near to the origin, or fit in float64"
+            )
+
+
+def _near_the_first(scene: Scene, targets: tuple[CheckedTarget, ...]) -> Scene:
+    """The scene as it is traced: relative to the camera of the first target, where that is far from the origin."""
+    placed, _ = near(scene, scene.cameras[targets[0].camera])
+    for target in targets:
+        if placed.cameras[target.camera].is_far:
+            warnings.warn(
+                f"camera {target.camera!r} is so far from camera {targets[0].camera!r} that float32 blurs what it "
+                "sees; fit them one after the other, or in float64",
+                FarFromOrigin,
+                stacklevel=3,
+            )
+    return placed
 
 
 def _require_values(*given) -> None:
@@ -108,6 +141,22 @@ def _require_values(*given) -> None:
             "jax.jit, jax.grad and jax.vmap, one target after the other. To differentiate residuals of your own, trace "
             "diffwhitted.render with a plan"
         )
+
+
+def _able(scene: Scene, unknowns: tuple[Unknown, ...], footprint: int, samples: int) -> tuple[int, int]:
+    """Footprint and samples, of which something in the scene may know points only.
+
+    Raises `FitError` where what is free moves edges then: points do not see them move.
+    """
+    if (what := points_only(scene)) is None:
+        return footprint, samples
+    moving = next((u.name for u in unknowns if any_moves((u,))), None)
+    if moving is not None:
+        raise FitError(
+            f"free: {moving} moves edges in the picture, and {what} knows points only, which do not see them move; "
+            f"fix {moving} at a known value, or leave {what} out of the scene"
+        )
+    return 0, max(samples, POINTS * footprint)
 
 
 def _build(
@@ -142,6 +191,8 @@ def _build(
 def _starting_points(first: np.ndarray, unknowns, starts: int) -> list[np.ndarray]:
     points = [first]
     if starts > 1:
+        from scipy.stats import qmc  # slow to import, and most fits have one start
+
         bounds = Bounds(unknowns)
         shares = np.concatenate(
             [

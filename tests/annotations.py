@@ -14,8 +14,8 @@ from beartype import BeartypeConf, FrozenDict, beartype
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("diffwhitted", "fitting")
-CHECKING = ("list_unknowns", "make_plan", "start_values")
-"""Functions behind the doors that check what a user wrote."""
+CHECKING = ("Asked", "diffwhitted", "list_unknowns", "make_plan", "start_values")
+"""Behind the doors: what checks a user's words itself or passes them on, and a callback whose hint is an alias."""
 
 
 def public_names(package: str) -> list[str]:

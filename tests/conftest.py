@@ -34,15 +34,38 @@ SOON_COMPILED = {"xla_backend_optimization_level": 0}
 code.
 """
 
-LONGEST = ("test_notebooks", "test_edges", "test_fit_index", "test_gradients", "test_fuzz", "test_fit")
-"""Files that take minutes, begun first so that no worker is left with one at the end."""
+SLOW = (
+    "test_notebooks",
+    "test_edges",
+    "test_fit_index",
+    "test_gradients",
+    "test_fuzz",
+    "test_fit",
+    "test_edges_of_shapes",
+    "test_effects",
+    "test_tradeoff",
+    "test_tradeoff_command",
+    "test_tradeoff_fit",
+    "test_cutoff",
+    "test_fit_end",
+    "test_cost",
+    "test_derivative",
+    "test_stages",
+    "test_hard_cases",
+    "test_film",
+)
+"""Files that compile for long: `make quick` leaves them out. The longest are begun first, so that no worker is left
+with one at the end.
+"""
 
 
 def pytest_collection_modifyitems(items):
     def place(item):
-        name = item.path.stem
-        return LONGEST.index(name) if name in LONGEST else len(LONGEST)
+        return SLOW.index(item.path.stem) if item.path.stem in SLOW else len(SLOW)
 
+    for item in items:
+        if item.path.stem in SLOW:
+            item.add_marker(pytest.mark.slow)
     items.sort(key=place)
 
 

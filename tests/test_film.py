@@ -1,4 +1,6 @@
-"""The picture under `jit`: right whatever the room for its rays, forwards and backwards, in memory that follows the rays."""
+"""The picture under `jit`: right whatever the room for its rays, forwards and backwards, in memory that follows the
+rays.
+"""
 
 from functools import partial
 
@@ -117,7 +119,9 @@ def test_memory_without_a_plan(derive):
 
 
 def test_rays_that_carry_no_light_are_not_followed_under_jit():
-    """A plan has mirror rays for a k_s that may be anything; where it is zero none is traced, and the derivative is there."""
+    """A plan has mirror rays for a k_s that may be anything; where it is zero none is traced, and the derivative is
+    there.
+    """
     scene = mirrors_and_glass()
     camera = scene.cameras["main"]
     plan = make_plan(scene, camera)
@@ -127,7 +131,10 @@ def test_rays_that_carry_no_light_are_not_followed_under_jit():
         tables = tabulate(dw.replace_coefficient(scene, "glass.k_t", k_t))
         samples = grid(plan, camera, jnp.int32(0), jnp.asarray([0.5, 0.5]))
         window = Window(jnp.int32(0), jnp.int32(plan.pass_pixels))
-        light = lambda nodes, ray, *at: (light_of(tables, plan, nodes, *at),)
+
+        def light(nodes, ray, *at):
+            return (light_of(tables, plan, nodes, *at),)
+
         return int(follow(tables, camera, plan, samples, light, window=window)[0].descendants)
 
     assert rays(dark, 0.0) == 0 < rays(dark, 0.5) < rays(scene, 0.5)

@@ -81,7 +81,9 @@ def crossings_ahead(family, ray):
 
 @pytest.mark.parametrize("case", BOOK["sphere_hits_unit_sphere"], ids=lambda c: f"from {c['origin']}")
 def test_unit_sphere_of_the_book(case):
-    """The book lists crossings behind the ray too, and a tangent ray twice; here a ray meets what it enters or leaves ahead."""
+    """The book lists crossings behind the ray too, and a tangent ray twice; here a ray meets what it enters or leaves
+    ahead.
+    """
     ray = rays(case["origin"], case["direction"])
     tangent = len(set(case["t"])) < len(case["t"])
     expected = [] if tangent else [t for t in case["t"] if t > 0]
@@ -288,7 +290,9 @@ def test_crossings_are_counted_up_to_the_limit_for_chosen_objects():
 
 
 def test_the_solid_around_a_point():
-    """Of nested solids the one of the lowest rank that holds the point; a plane holds what its normal points away from."""
+    """Of nested solids the one of the lowest rank that holds the point; a plane holds what its normal points away
+    from.
+    """
     shapes = Shapes((spheres((0, 0, 0, 1), (0, 0, 0, 2)), planes((0, 1, 0, 1.5))))
     point = vec3(jnp.asarray([(0, 0, 0), (0, 1.2, 0), (0, 1.9, 0), (0, 3, 0), (5, 0, 0), (0, 0.5, 0)], float))
     but = jnp.asarray([-1, -1, -1, -1, -1, 0])

@@ -60,7 +60,9 @@ def glass_over_tiles():
 
 
 def glass_in_water():
-    """A ball of glass in a ball of water behind a sheet of mirror; k_h follows k_s; tinted shadows of a light that fades."""
+    """A ball of glass in a ball of water behind a sheet of mirror; k_h follows k_s; tinted shadows of a light that
+    fades.
+    """
     return dw.Scene(
         objects=[
             dw.Sphere("drop", (0, 0, 0), 1.2, "water"),
@@ -185,7 +187,7 @@ def must_be_zero(scene, name):
 
 @pytest.mark.parametrize("scene, name", NAMES)
 def test_coefficient_of_a_material(scene, name):
-    """One row of the table on one scene; a row that moves rays, in the pixels where differences over h and 2 h agree."""
+    """One row of the table on one scene; one that moves rays, in the pixels where differences over h and 2 h agree."""
     row = next(r for r in dw.COEFFICIENTS if r.name == name.split(".")[1])
     of, step = derivatives(scene), STEP.get(row.name, 1e-4)
     tangent = tangent_of(name, of.values[name])
@@ -240,7 +242,9 @@ def sky_seen(scene, mirrored):
 
 
 def test_derivative_at_exactly_zero():
-    """In reverse under `jit` with a plan that names the coefficients, and forward without any plan: the sky that they let in."""
+    """In reverse under `jit` with a plan that names the coefficients, and forward without any plan: the sky that they
+    let in.
+    """
     scene, names = mirror_floor(), ("floor.k_s", "floor.k_t")
     camera = scene.cameras["main"]
     plan = make_plan(scene, camera, free=names)

@@ -139,7 +139,9 @@ def test_camera_inside_glass(height):
 
 
 def test_glass_in_water_in_air():
-    """Flat layers keep n sin, so in the glass it is as if there were no water; and concentric balls deviate by Bouguer's rule."""
+    """Flat layers keep n sin, so in the glass it is as if there were no water; and concentric balls deviate by
+    Bouguer's rule.
+    """
     scene = of([ground("water", 0, k_t=0.9, refractive_index=1.33), ground("glass", -1, k_t=0.8, refractive_index=1.7)])
     for angle in (0.0, 0.5, 1.4):
         inside = -np.sqrt(1 - (np.sin(angle) / 1.7) ** 2)
@@ -201,7 +203,7 @@ def glass_ball_over_ground(light, shadows, k_t):
 
 @pytest.mark.parametrize("shadows, below, crossing", [("opaque", 0, 0), ("tinted", 1, 1), ("off", 1, 0)])
 def test_glass_between_ground_and_light(shadows, below, crossing):
-    """A light at the centre of a ball and one above it: one surface or two on the way, each with its k_t, by channel."""
+    """A light in the middle of a ball and one above it: one surface or two on the way, each with its k_t a channel."""
     light, k_t = np.array([0.9, 0.8, 0.7]), np.array([0.9, 0.5, 0.0])
     inside, above = (glass_ball_over_ground(p, shadows, k_t) for p in ((0, 0, 0), (0, 9, 0)))
     # The far side of the ball, lit from within and seen through the near side, and the background through both.
@@ -218,7 +220,9 @@ def test_glass_between_ground_and_light(shadows, below, crossing):
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 @pytest.mark.parametrize("model", ["halfway", "reflected"])
 def test_highlight_exponents(model, precision):
-    """Exponents 0, 1 and a million, a thousandth of a radian off the peak: 1, cos(angle) and exp(10**6 log cos(angle))."""
+    """Exponents 0, 1 and a million, a thousandth of a radian off the peak: 1, cos(angle) and exp(10**6 log
+    cos(angle)).
+    """
     aside = 1e-3 if model == "halfway" else 5e-4
     for exponent in (0.0, 1.0, 1e6):
         scene = of(
@@ -258,6 +262,29 @@ def test_highlight_at_a_right_angle(exponent, value):
         assert all(np.isfinite(d).all() for d in mode(highlights_at_a_right_angle, argnums=(0, 1))(*arguments))
 
 
+@pytest.mark.parametrize("footprint", [0, 1])
+@pytest.mark.parametrize("inside, around", [(1000.0, 1.5), (1.5, 1000.0), (100.0, 2.0)])
+def test_float32_at_extreme_indices(inside, around, footprint):
+    """A camera in glass within glass before a sky from 0 to 1: no light below 0, and the picture of float64."""
+
+    def picture(precision):
+        scene = of(
+            [
+                ball("inner", (0.1, -0.05, 0), 1, k_s=0.5, k_t=1.0, refractive_index=inside),
+                ball("outer", (0, 0, 0), 3, k_s=0.5, k_t=1.0, refractive_index=around),
+            ],
+            background=dw.GradientBackground((0, 0, 0), (1, 1, 1)),
+            precision=precision,
+            total_internal_reflection="whitted",
+            footprint=footprint,
+        )
+        return np.asarray(dw.render(scene, camera_of(scene, (0.3, 0.2, -0.4), (2, 1, 1), 90, 16, 12)))
+
+    low, high = picture("float32"), picture("float64")
+    assert (low >= 0).all()
+    np.testing.assert_allclose(low, high, atol=2e-3)
+
+
 # Shapes
 
 
@@ -277,7 +304,9 @@ def test_tiny_sphere_far_away():
 
 
 def test_hall_of_mirrors():
-    """Between two mirrors that glow with 0.1: the geometric series, and its derivative in k_s. Under `jit` without a plan."""
+    """Between two mirrors that glow with 0.1: the geometric series, and its derivative in k_s. Under `jit` without a
+    plan.
+    """
 
     def glow(k_s):
         scene = of(

@@ -1,6 +1,7 @@
 """The house: imports point one way, public names are documented ones, files stay small, importing is cheap."""
 
 import ast
+import cProfile
 import inspect
 import subprocess
 import sys
@@ -8,7 +9,19 @@ from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
 import pytest
+import unknown_kinds
+
+import diffwhitted
+import fitting
+from diffwhitted._errors import SceneError, SceneNote
+from diffwhitted.rendering._passes import trace_pass
+from diffwhitted.shapes import OBJECTS
+from diffwhitted.tree import make_plan
 
 ROOT = Path(__file__).parents[1]
 LONGEST = 300
@@ -17,6 +30,7 @@ LONGEST = 300
 LAYERS = (
     "diffwhitted._errors",
     "diffwhitted._files",
+    "diffwhitted._lazily",
     "diffwhitted.numerics",
     "diffwhitted.geometry",
     "diffwhitted.records",
@@ -123,10 +137,11 @@ def test_a_file_is_small_and_says_what_it_is(path):
 PUBLIC = {
     "diffwhitted": """
         Antialiased Bounded COEFFICIENTS Camera CapacityError Checker Choice ConstantBackground Derivative
-        DirectionalLight Effects Explanation GradientBackground InputError KNOBS Knob Material Measured Parameter
-        Plan Plane PointLight Polygon RayMaps Scene SceneError Settings Sphere antialias choose coefficient_value
-        decide_effects derivative explain load_scene measure parameter_value parameters parse_scene plan ray_maps
-        read_image render render_with_bound replace_coefficient replace_parameter save_scene scene_schema write_image
+        DirectionalLight Effects Explanation FarFromOrigin GradientBackground InputError KNOBS Knob Material Measured
+        Plan Parameter Plane PointLight Polygon RayMaps Scene SceneError Settings Sphere antialias choose
+        coefficient_value decide_effects derivative explain load_scene measure parameter_value parameters
+        parse_scene plan ray_maps read_image render render_with_bound replace_coefficient replace_parameter
+        save_scene scene_schema write_image
     """,
     "fitting": """
         FitError FitResult FitStage FitStep FitView FittedCoefficient Target Tradeoff fit tradeoff tradeoff_figure
@@ -157,11 +172,158 @@ def test_a_public_name_has_a_docstring_and_an_entry_in_the_reference(name):
 def test_importing_does_no_work_of_jax():
     """No device is initialised, nothing is compiled, and no plotting or fitting library is loaded."""
     program = (
-        "import sys, diffwhitted, fitting\n"
-        "from jax._src import xla_bridge\n"
+        "import sys, diffwhitted, fitting\nfrom jax._src import xla_bridge\n"
         "assert not xla_bridge.backends_are_initialized()\n"
         "late = {'matplotlib', 'colour', 'optimistix'} & set(sys.modules)\n"
         "assert not late, late\n"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+# A kind that the package does not have is one class or one row, and everything takes it.
+
+
+@pytest.fixture(scope="module")
+def strange():
+    """A scene of kinds that were registered a moment ago."""
+    with unknown_kinds.known():
+        yield diffwhitted.parse_scene(unknown_kinds.TOML)
+
+
+@pytest.fixture(scope="module")
+def picture(strange):
+    return np.asarray(diffwhitted.render(strange, strange.cameras["main"]))
+
+
+def test_a_new_kind_is_refused_where_it_is_not_registered():
+    with pytest.raises(SceneError, match="dawn"):
+        diffwhitted.parse_scene(unknown_kinds.TOML)
+
+
+def test_a_registry_refuses_what_breaks_its_contract():
+    class Nameless(unknown_kinds.Disc):
+        TYPE = "sphere"
+
+    with pytest.raises(TypeError, match="the name 'sphere' is that of Sphere"):
+        OBJECTS.register(Nameless)
+    with pytest.raises(TypeError, match="breaks the contract AbstractObject"):
+        OBJECTS.register(unknown_kinds.Beacon)
+
+
+def test_a_new_kind_renders_what_its_formulas_say(strange, picture):
+    """The pixel in the middle of the plate, and the background, by hand."""
+    camera = strange.cameras["main"]
+    rays = camera.rays(np.asarray([8.5, 0.5]), np.asarray([11.5, 0.5]))
+    origin, ways = np.asarray([0.0, 1.0, 5.0]), np.asarray(rays.direction.stacked(), np.float64)
+    normal = np.asarray([0.1, 1.0, 0.2]) / np.linalg.norm([0.1, 1.0, 0.2])
+    point = origin + ways[0] * (normal @ ([0, -0.5, 0] - origin)) / (normal @ ways[0])
+    to_light = np.asarray([2.0, 4.0, 3.0]) - point
+    to_light /= np.linalg.norm(to_light)
+    axis = np.asarray([-1.0, -2.0, -1.0]) / np.sqrt(6)
+    arrives = np.asarray([0.9, 0.8, 0.7]) * 0.5 * (1 - to_light @ axis)
+    waves = 1 + 0.3 * np.sin(2 * np.pi * point[0] / 0.8)
+    expected = 0.1 + np.asarray([0.5, 0.4, 0.3]) * waves * (normal @ to_light) * arrives
+    np.testing.assert_allclose(picture[11, 8], expected, rtol=2e-5)
+    np.testing.assert_allclose(picture[0, 0], np.asarray([0.2, 0.3, 0.4]) * 0.5 * (1 + ways[1, 0]), rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "name", ["paint.k_e", "light.tower.colour.g", "texture.waves.depth", "background.colour.b", "object.plate.normal.x"]
+)
+def test_a_new_kind_is_differentiated(strange, name):
+    """Against a central difference; at points of the plate, where no edge is near."""
+    camera = strange.cameras["main"]
+    value = float(np.ravel(diffwhitted.coefficient_value(strange, name))[0])
+
+    def seen(number):
+        image = diffwhitted.render(diffwhitted.replace_coefficient(strange, name, number), camera)
+        return jnp.stack([image[11, 8], image[12, 6], image[0, 0]]).sum()
+
+    step = 1e-3
+    central = (float(seen(value + step)) - float(seen(value - step))) / (2 * step)
+    assert float(jax.jvp(seen, (value,), (1.0,))[1]) == pytest.approx(central, rel=2e-3, abs=1e-4)
+
+
+def test_a_new_kind_is_saved_and_loaded(strange, picture, tmp_path):
+    diffwhitted.save_scene(strange, tmp_path / "strange.toml")
+    again = diffwhitted.load_scene(tmp_path / "strange.toml")
+    assert eqx.tree_equal(again, strange)
+
+
+def test_what_a_new_kind_may_send_is_bounded_or_the_bound_is_infinite(strange):
+    """The beacon states no brightest light, so where its light may be missed there is no finite bound."""
+    camera = strange.cameras["main"]
+    shallow = diffwhitted.render_with_bound(strange, camera, max_depth=1)
+    deep = np.asarray(diffwhitted.render(strange, camera, max_depth=8))
+    assert np.isinf(shallow.most) and (shallow.left_out[deep > shallow.image + 1e-6] == np.inf).all()
+
+
+def test_a_new_effect_is_explained(strange):
+    decided = {d.name: d for d in diffwhitted.decide_effects(strange)}
+    assert decided["glow"].on and "k_e = 0.1" in decided["glow"].why
+    dark = diffwhitted.replace_coefficient(strange, "paint.k_e", 0.0)
+    assert not {d.name: d for d in diffwhitted.decide_effects(dark)}["glow"].on
+
+
+@pytest.mark.filterwarnings("ignore::diffwhitted._errors.SceneNote")
+def test_a_new_kind_knows_points_only_until_it_states_a_footprint(strange):
+    camera = strange.cameras["main"]
+    with pytest.warns(SceneNote, match=r"object 'plate' \(disc\) knows points only, so 4 x 4 points"):
+        averaged = diffwhitted.render(strange, camera, footprint=1)
+    np.testing.assert_array_equal(averaged, diffwhitted.render(strange, camera, samples=4))
+
+
+def test_numbers_of_a_new_kind_are_fitted(strange, picture):
+    free = ["paint.k_e", "steel.k_s", "light.tower.colour"]
+    start = {"paint.k_e": 0.5, "steel.k_s": 0.1, "light.tower.colour": 0.5}
+    result = fitting.fit(strange, picture, free=free, start=start)
+    found = {c.name: c.value for c in result.coefficients}
+    assert found["paint.k_e"] == pytest.approx(0.1, abs=1e-4) and found["steel.k_s"] == pytest.approx(0.4, abs=1e-4)
+    assert found["light.tower.colour.r"] == pytest.approx(0.9, abs=1e-3)
+
+
+def test_a_fit_that_moves_the_edges_of_a_kind_without_a_footprint_is_refused(strange, picture):
+    with pytest.raises(fitting.FitError, match=r"object.plate.radius.* moves edges .* object 'plate' \(disc\)"):
+        fitting.fit(strange, picture, free=["object.plate.radius"])
+
+
+# Thousands of objects, and programs that know none of them by name.
+
+
+def crowd(count: int, material: str = "m0", named: str = "ball") -> diffwhitted.Scene:
+    """Spheres on a lattice."""
+    side = int(np.ceil(count ** (1 / 3)))
+    places = np.stack(np.meshgrid(*[np.arange(side) * 3.0] * 3), axis=-1).reshape(-1, 3)[:count]
+    return diffwhitted.Scene(
+        objects=[diffwhitted.Sphere(f"{named} {i}", place, 1.0, material) for i, place in enumerate(places)],
+        materials={"m0": diffwhitted.Material(k_d=0.5), "m1": diffwhitted.Material(k_d=0.25, k_a=0.0)},
+        lights=[diffwhitted.PointLight((0, 200, 0), (1, 1, 1))],
+        cameras={"main": diffwhitted.Camera((-40, 30, 90), (20, 20, 20), 40, 8, 6)},
+    )
+
+
+def test_the_work_to_build_and_plan_grows_no_faster_than_the_objects():
+    """Calls of Python in all that is done before a picture, counted: an object more costs the same at 500 and 2000."""
+
+    def calls(count: int) -> int:
+        profile = cProfile.Profile()
+        profile.enable()
+        scene = crowd(count)
+        make_plan(scene, scene.cameras["main"], capacity=64)
+        profile.disable()
+        return sum(entry.callcount for entry in profile.getstats())
+
+    calls(50)
+    few, some, many = (calls(count) for count in (500, 1000, 2000))
+    assert many - some < 2.2 * (some - few) and (many - some) / 1000 < 500
+
+
+def test_names_and_materials_are_no_part_of_a_program():
+    """Another name, another material, other numbers: the same compiled program."""
+    camera = crowd(12).cameras["main"]
+    first = np.asarray(diffwhitted.render(crowd(12), camera))
+    made = trace_pass._cached._cache_size() if hasattr(trace_pass, "_cached") else None
+    second = np.asarray(diffwhitted.render(crowd(12, "m1", "thing"), camera))
+    assert made == trace_pass._cached._cache_size()
+    np.testing.assert_allclose(second, first / 2, atol=1e-6)

@@ -1,4 +1,6 @@
-"""Odd files and odd names: what is no regular file is refused at once, and nothing that a name holds steers a terminal."""
+"""Odd files and odd names: what is no regular file is refused at once, and nothing that a name holds steers a
+terminal.
+"""
 
 import os
 import signal
@@ -14,7 +16,7 @@ import diffwhitted as dw
 from diffwhitted._errors import printable
 from diffwhitted.image import ImageError, read_image, read_mask, write_image
 from fitting._result import FittedCoefficient
-from fitting.command_line import main
+from fitting.command_line import _noted, main
 from fitting.command_line._accuracy import _read
 from fitting.command_line._explain import print_explanation
 from fitting.command_line._named_values import true_values
@@ -125,3 +127,12 @@ def test_names_of_materials_reach_the_terminal_written_out(capsys):
     written = capsys.readouterr().out
     assert "\x1b" not in written and r"\x1b[31mglass.k_d" in written and r"object '\x1b[31mglass'" in written
     assert r"\x1b[31m.toml" in written
+
+
+def test_a_warning_of_ours_is_a_note(capsys):
+    """Where the command line shows warnings; others are shown as Python does."""
+    shown = []
+    _noted(lambda *a: shown.append(a), dw.FarFromOrigin(f"far {RED}away"), dw.FarFromOrigin, "file.py", 1)
+    assert capsys.readouterr().err == "note: far \\x1b[31maway\n" and not shown
+    _noted(lambda *a: shown.append(a), UserWarning("x"), UserWarning, "file.py", 1)
+    assert len(shown) == 1 and not capsys.readouterr().err

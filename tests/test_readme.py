@@ -58,6 +58,7 @@ def test_a_command_is_understood(words, small):
     command.make_context(words[0], words[1:])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", [w for w in commands().values() if w[0] not in LONG], ids=lambda words: words[0])
 def test_a_command_runs(words, small, capsys):
     assert main(words) == 0, capsys.readouterr().err
@@ -77,6 +78,7 @@ def test_readme_shows_every_command():
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "code", [pytest.param(b, id=f"{page.stem}-{n}") for page in PAGES for n, b in enumerate(blocks(page, "python"))]
 )

@@ -48,7 +48,6 @@ CASES = {
     "nested_media": (GLASS, "core.k_t", 0.3),
     "textures": (dict(k_d=0.5), "floor.k_d", 0.3),
     "cutoff": (GLASS, "cutoff", 0.1),
-    "another mirror": (dict(k_s=0.5), "floor.k_s", 0.3),
 }
 
 

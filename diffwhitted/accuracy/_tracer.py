@@ -14,10 +14,11 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from .._errors import CapacityError
+from ..numerics._kept import kept
 from ..numerics._workers import processors, side_by_side
 from ..rendering._antialias import antialias, compile_antialias
 from ..rendering._radiance_bound import most_beyond
-from ..scene import DEEPEST, Camera, Scene, Tables
+from ..scene import DEEPEST, Camera, Scene, Tables, near
 from ..tree import (
     POINTS,
     Beyond,
@@ -59,9 +60,9 @@ class Tracer:
     """
 
     def __init__(self, scene: Scene, camera: Camera, pass_of: int | None = None):
-        self.scene, self.camera = scene, camera.in_precision(scene.dtype)
+        self.scene, self.camera = near(scene, camera)
         side = None if pass_of is None else int(np.ceil(pass_of**0.5))
-        self._sized = camera if side is None else camera.resized(side, side)
+        self._sized = self.camera if side is None else self.camera.resized(side, side)
         self._plans: dict[bool, Plan] = {}
         self._compiled: set[tuple[Plan, bool] | Settings] = set()
         self._crowded: dict[Settings, float] = {}
@@ -260,7 +261,7 @@ def _dealt(plan: Plan, column: np.ndarray, row: np.ndarray, count: int) -> list[
     return [Corners(*map(jnp.asarray, corners)) for corners in zip(column, row, there, strict=True)]
 
 
-@eqx.filter_jit
+@kept
 def _pass(
     tables: Tables,
     camera: Camera,

@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from ..scene import Camera, Scene, depth_number, find_parameter
+from ..scene import Camera, Scene, depth_number, find_parameter, near
 from ..tree import decide_effects, make_plan
 from ._effects import EffectCost, PictureCost, picture_cost
 from ._rays import RayCounts, count_rays
@@ -63,7 +63,7 @@ def explain(
     for name in free:
         find_parameter(scene, name)
     max_depth = depth_number(max_depth)
-    camera = camera.in_precision(scene.dtype)
+    scene, camera = near(scene, camera)
     rays, room = count_rays(scene, camera, free, max_depth)
     plan = make_plan(scene, camera, free=free, max_depth=max_depth, capacity=room)
     decisions = decide_effects(scene, free, max_depth)

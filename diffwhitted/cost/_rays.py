@@ -13,7 +13,7 @@ from ..numerics._vector import Vec3
 from ..records import member, member_count
 from ..rendering._antialias import antialias
 from ..rendering._passes import recorded_with_room
-from ..scene import Camera, Scene, Tables, depth_number
+from ..scene import Camera, Scene, Tables, depth_number, near
 from ..tree import (
     BRANCH_NAMES,
     Plan,
@@ -68,6 +68,7 @@ def ray_maps(scene: Scene, camera: Camera, *, max_depth: int | None = None, thre
 
     `threshold` is that of `antialias`. Raises `SceneError` for a max_depth or a threshold that is none.
     """
+    scene, camera = near(scene, camera)
     plan, trees = _recorded(scene, camera, (), max_depth)
     squares = antialias(scene, camera, threshold, max_depth=max_depth).squares
     shape, there = (camera.height, camera.width), are_rays(camera, plan, trees)
@@ -117,7 +118,9 @@ def _by_kind(kind: np.ndarray) -> dict[str, int]:
 
 
 def _shadow_rays(scene: Scene, camera: Camera, plan: Plan, trees: Record, counted: np.ndarray) -> int:
-    """Lit points times lights: the sum of a picture to which each of them sends exactly 1, and every ray carries all of it."""
+    """Lit points times lights: the sum of a picture to which each of them sends exactly 1, and every ray carries all
+    of it.
+    """
     tables = tables_of(scene, plan)
     whole = jax.tree.map(jnp.ones_like, tables.coefficients["k_s"])
     tables = replace(tables, coefficients=tables.coefficients | {"k_s": whole, "k_t": whole})

@@ -28,15 +28,16 @@ def near_silhouettes(shapes: Shapes, ray: Ray, reach, growth) -> Bool[Array, "n"
 
 
 def beside_small(shapes: Shapes, ray: Ray, reach, growth, limit) -> Bool[Array, "n"]:
-    """Does the ray pass, before `limit`, by a surface so small that it may lie between it and the next, `reach` + `growth` times
-    the distance away?"""
+    """Does the ray pass, before `limit`, by a surface so small that it may lie between it and the next, `reach` +
+    `growth` times the distance away?
+    """
     found = (family.beside_small(ray, reach, growth, limit) for family in shapes.families)
     return reduce(jnp.logical_or, found, jnp.zeros(ray.origin.shape, bool))
 
 
 def nearest_part(shapes: Shapes, ray: Ray, footprint: Footprint, departure: Departure):
-    """The nearest surface that covers part of the pixel: its number (-1 for none), crossing, side, and whether its silhouette
-    cuts the pixel.
+    """The nearest surface that covers part of the pixel: its number (-1 for none), crossing, side, and whether its
+    silhouette cuts the pixel.
 
     Where as many surfaces are left out already as a departure can name, silhouettes do not count.
     """
@@ -62,7 +63,8 @@ def hidden_parts(
     part of it (`most` at most, -1 for none)? Further ones count whole or not at all."""
     whole, parts = jnp.zeros(ray.origin.shape, bool), (jnp.full(ray.origin.shape, NOTHING, jnp.int32),) * most
     for first, family in shapes.numbered():
-        # A part named by an earlier family gets a number below NOTHING, and so is neither free nor one of these members.
+        # A part named by an earlier family gets a number below NOTHING, and so is neither free nor one of these
+        # members.
         mine = tuple(jnp.where(part == NOTHING, NOTHING, part - first - 1) for part in parts)
         flags = shapes.part(blocks, first, family)
         whole, mine = family.hidden_parts(ray, footprint, departure.counted_from(first), limit, flags, (whole, mine))

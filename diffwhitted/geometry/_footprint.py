@@ -34,7 +34,9 @@ class Footprint(eqx.Module):
         return self.across, self.down
 
     def reach(self) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
-        """How far the origin and the direction change from the middle of the pixel to a corner, at most. No derivatives."""
+        """How far the origin and the direction change from the middle of the pixel to a corner, at most. No
+        derivatives.
+        """
         origin, direction = (
             dot(a, a) + dot(b, b)
             for a, b in ((self.across.origin, self.down.origin), (self.across.direction, self.down.direction))
@@ -88,7 +90,8 @@ def covered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprint]
 
 
 def uncovered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprint]:
-    """The ray through the middle of the rest of the pixel, and the footprint of the rest, from those of the covered part.
+    """The ray through the middle of the rest of the pixel, and the footprint of the rest, from those of the covered
+    part.
 
     The middles are `shift` and -`shift` share / (1 - share) from that of the pixel, which is `shift` / (1 - share)
     apart; along the edge's direction the covered part changes by `share` of what the whole pixel does.
@@ -133,7 +136,9 @@ def narrowed(footprint: Footprint, edge: Edge, share: Float[Array, "*n"]) -> Foo
     return Footprint(Ray(origin[0], direction[0]), Ray(origin[1], direction[1]), footprint.within)
 
 
-def steps_on_surface(ray: Ray, footprint: Footprint, point: Vec3, normal: Vec3, curvature=0) -> list[Vec3]:
+def steps_on_surface(
+    ray: Ray, footprint: Footprint, point: Vec3, normal: Vec3, curvature: Float[Array, "*n"] | float = 0
+) -> list[Vec3]:
     """How the point where the ray meets the surface moves along it, from one side of the pixel to the other.
 
     dP = q - d (q.N) / (d.N) with q = dO + t dD: the surface is its tangent plane to first order. Edges: where
@@ -142,14 +147,13 @@ def steps_on_surface(ray: Ray, footprint: Footprint, point: Vec3, normal: Vec3, 
     """
     distance = dot(point - ray.origin, ray.direction)
     free = [side.origin + side.direction * distance for side in footprint.sides()]
-    width = sum(abs(dot(q, normal)) for q in free)
+    width = abs(dot(free[0], normal)) + abs(dot(free[1], normal))
     towards = -jnp.maximum(jnp.maximum(-dot(ray.direction, normal), STEEPEST), safe_sqrt(0.5 * width * abs(curvature)))
     return [q - ray.direction * (dot(q, normal) / towards) for q in free]
 
 
-def on_surface(ray: Ray, footprint: Footprint, hit: Hit, curvature=0) -> Footprint:
+def on_surface(ray: Ray, footprint: Footprint, hit: Hit, curvature: Float[Array, "*n"] | float = 0) -> Footprint:
     """The footprint where the ray meets the surface: its origin moves along the surface."""
     moved = steps_on_surface(ray, footprint, hit.point, hit.normal, curvature)
-    return Footprint(
-        *(Ray(origin, side.direction) for origin, side in zip(moved, footprint.sides(), strict=True)), footprint.within
-    )
+    across, down = (Ray(origin, side.direction) for origin, side in zip(moved, footprint.sides(), strict=True))
+    return Footprint(across, down, footprint.within)

@@ -14,12 +14,16 @@ class Hit(eqx.Module):
     object: Int[Array, "*n"]
     """Which object, by which it has its name and its material."""
     crossing: Int[Array, "*n"]
-    """Which of the crossings of the ray's line with that surface, counted along the ray (see `AbstractSurfaces.crossings`)."""
+    """Which of the crossings of the ray's line with that surface, counted along the ray (see
+    `AbstractSurfaces.crossings`).
+    """
     entering: Bool[Array, "*n"]
     """The ray comes from the outer side of the surface."""
     point: Vec3
     normal: Vec3
-    """Geometric unit normal on the side of the incoming ray (zero for a miss): which side is which, and where rays may go."""
+    """Geometric unit normal on the side of the incoming ray (zero for a miss): which side is which, and where rays
+    may go.
+    """
     shading_normal: Vec3
     """The normal that light sees: the geometric one, unless the surface interpolates or perturbs it."""
     distance: Float[Array, "*n"]

@@ -1,11 +1,12 @@
 """All surfaces of a scene under one numbering, and the searches over them.
 
-The numbering runs through the families in their order. Each family searches its own surfaces (see `AbstractSurfaces`); here
-the answers of the families are put together.
+The numbering runs through the families in their order. Each family searches its own surfaces (see
+`AbstractSurfaces`); here the answers of the families are put together.
 """
 
 from collections.abc import Iterator, Sequence
 from functools import reduce
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -38,7 +39,7 @@ class Shapes(eqx.Module):
     def count(self) -> int:
         return sum(family.count for family in self.families)
 
-    def part(self, flags, first: int, family: AbstractSurfaces):
+    def part(self, flags, first: int, family: AbstractSurfaces) -> Any:
         """Of one value a surface, those of a family; None stays None."""
         return None if flags is None else flags[first : first + family.count]
 
@@ -62,7 +63,7 @@ def nearest(
 
 
 def blocked(
-    shapes: Shapes, ray: Ray, departure: Departure, limit, blocks: Bool[Array, "surfaces"] | None
+    shapes: Shapes, ray: Ray, departure: Departure, limit, blocks: Sequence[bool] | Bool[Array, "surfaces"] | None
 ) -> Bool[Array, "n"]:
     """Does a surface, of those with `blocks` where that is given, lie on the ray nearer than `limit`?"""
     found = (
@@ -86,7 +87,7 @@ def crossing_counts(
 
 
 def containing(
-    shapes: Shapes, point: Vec3, solids: Sequence[Int[Array, "some"]], rank: Int[Array, "objects"], but: Int[Array, "n"]
+    shapes: Shapes, point: Vec3, solids: Sequence[Int[Array, "_"]], rank: Int[Array, "objects"], but: Int[Array, "n"]
 ) -> Int[Array, "n"]:
     """The solid of the lowest rank that holds the point, leaving out the one named in `but`; -1 if none does.
 

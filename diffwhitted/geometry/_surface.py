@@ -1,12 +1,12 @@
 """The contract of a family of surfaces: what rays ask of a shape.
 
-A family holds all the surfaces of one kind as stacked arrays; a member of it, or for each ray the member that it met, is
-the same record with the leading axis taken away or replaced by the rays. What is abstract here every family has. The
-defaults mean points only: a new shape works on the day it is written, and earns its footprint later.
+A family holds all the surfaces of one kind as stacked arrays; a member of it, or for each ray the member that it met,
+is the same record with the leading axis taken away or replaced by the rays. What is abstract here every family has.
+The defaults mean points only: a new shape works on the day it is written, and earns its footprint later.
 """
 
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import ClassVar
 
 import equinox as eqx
@@ -44,8 +44,12 @@ class AbstractSurfaces(eqx.Module):
         """
 
     @abstractmethod
-    def surface(self, ray: Ray, crossing: Int[Array, "*n"]) -> tuple[Float[Array, "*n"], Vec3, Vec3, Bool[Array, "*n"]]:
-        """Distance, outward unit normal and point of a crossing, differentiable in ray and surface; and whether the ray enters there."""
+    def surface(
+        self, ray: Ray, crossing: Int[Array, "*n"] | None
+    ) -> tuple[Float[Array, "*n"], Vec3, Vec3, Bool[Array, "*n"]]:
+        """Distance, outward unit normal and point of a crossing, differentiable in ray and surface; and whether the
+        ray enters there.
+        """
 
     def first_crossing(
         self, ray: Ray, on_it: Bool[Array, "*n"], inwards: Bool[Array, "*n"]
@@ -63,7 +67,9 @@ class AbstractSurfaces(eqx.Module):
         return self.surface(ray, crossing)[3]
 
     def carrier(self) -> "AbstractSurfaces":
-        """The family of unbounded surfaces that carry these, whose `surface` is that of a crossing which is known to be inside."""
+        """The family of unbounded surfaces that carry these, whose `surface` is that of a crossing which is known to
+        be inside.
+        """
         return self
 
     def contains(self, point: Vec3) -> Bool[Array, "*n"]:
@@ -77,8 +83,9 @@ class AbstractSurfaces(eqx.Module):
         return Vec3(zero, zero, zero), jnp.full_like(zero, jnp.inf)
 
     def silhouette(self, ray: Ray, footprint: Footprint) -> tuple[Linear, Float[Array, "*n"]]:
-        """A function over the pixel, positive where its rays meet the surface, and the distance at which the ray is closest to its
-        zero. By default no silhouette ever cuts a pixel."""
+        """A function over the pixel, positive where its rays meet the surface, and the distance at which the ray is
+        closest to its zero. By default no silhouette ever cuts a pixel.
+        """
         one = jnp.ones(ray.origin.shape, ray.origin.dtype)
         zero = jnp.zeros_like(one)
         return Linear(one, zero, zero), zero
@@ -108,7 +115,9 @@ class AbstractSurfaces(eqx.Module):
         return carry
 
     def nearest(self, ray: Ray, departure: Departure) -> tuple[Float[Array, "n"], Int[Array, "n"], Int[Array, "n"]]:
-        """Distance (infinity on a miss), number and crossing of the first surface ahead. The default asks every member."""
+        """Distance (infinity on a miss), number and crossing of the first surface ahead. The default asks every
+        member.
+        """
 
         def closer(k, member, best):
             distance, crossing = member.first_crossing(ray, departure.primitive == k, departure.inwards)
@@ -118,7 +127,9 @@ class AbstractSurfaces(eqx.Module):
         nobody = jnp.full(missed.shape, NOTHING, jnp.int32)
         return self.over(closer, (missed, nobody, jnp.zeros(missed.shape, jnp.int8)))
 
-    def blocked(self, ray: Ray, departure: Departure, limit, blocks: Bool[Array, "members"] | None) -> Bool[Array, "n"]:
+    def blocked(
+        self, ray: Ray, departure: Departure, limit, blocks: Sequence[bool] | Bool[Array, "members"] | None
+    ) -> Bool[Array, "n"]:
         """Does a member, of those with `blocks` where that is given, lie on the ray nearer than `limit`?"""
 
         def either(k, member, found):
@@ -150,8 +161,10 @@ class AbstractSurfaces(eqx.Module):
         return self.over(either, jnp.zeros(ray.origin.shape, bool))
 
     def nearest_part(self, ray: Ray, footprint: Footprint, departure: Departure):
-        """The nearest member that covers part of the pixel: its distance, number, crossing, side, and whether its silhouette
-        cuts the pixel. Where as many surfaces are left out already as a departure can name, silhouettes do not count."""
+        """The nearest member that covers part of the pixel: its distance, number, crossing, side, and whether its
+        silhouette cuts the pixel. Where as many surfaces are left out already as a departure can name, silhouettes do
+        not count.
+        """
         may_pass = departure.passed[-1] < 0
 
         def closer(k, member, best):
@@ -171,8 +184,9 @@ class AbstractSurfaces(eqx.Module):
         return self.over(closer, (zero + jnp.inf, nobody, jnp.zeros(zero.shape, jnp.int8), no, no), unrolled=1)
 
     def hidden_parts(self, ray: Ray, footprint: Footprint, departure: Departure, limit, blocks, found):
-        """`found` = whether the way to `limit` is blocked for the whole footprint, and the members that stand in part of it
-        (-1 for a free place to name one), continued over these members. Further ones count whole or not at all."""
+        """`found` = whether the way to `limit` is blocked for the whole footprint, and the members that stand in part
+        of it (-1 for a free place to name one), continued over these members. Further ones count whole or not at all.
+        """
 
         def either(k, member, found):
             whole, parts = found
@@ -192,8 +206,9 @@ class AbstractSurfaces(eqx.Module):
         return self.over(either, found, unrolled=1)
 
     def beside_small(self, ray: Ray, reach, growth, limit) -> Bool[Array, "n"]:
-        """Does the ray pass, before `limit`, by a member so small that it may lie between it and the next, `reach` + `growth`
-        times the distance away?"""
+        """Does the ray pass, before `limit`, by a member so small that it may lie between it and the next, `reach` +
+        `growth` times the distance away?
+        """
 
         def either(k, member, found):
             middle, radius = member.bounding()

@@ -12,7 +12,9 @@ from ..scene import HIGHLIGHTS
 
 
 def halfway_apart(normal: Vec3, to_light: Vec3, incoming: Vec3) -> Vec3:
-    """N - H with H the unit vector halfway between L and V = -u: where `lobe` gives (N.H)**n, the k_h term of Whitted (1)."""
+    """N - H with H the unit vector halfway between L and V = -u: where `lobe` gives (N.H)**n, the k_h term of Whitted
+    (1).
+    """
     return normal - normalise(to_light - incoming)
 
 
@@ -24,7 +26,7 @@ def reflected_apart(normal: Vec3, to_light: Vec3, incoming: Vec3) -> Vec3:
 MODELS: dict[str, Callable[[Vec3, Vec3, Vec3], Vec3]] = {"halfway": halfway_apart, "reflected": reflected_apart}
 
 
-def apart(models: Sequence[str], model: Int[Array, "n"], normal: Vec3, to_light: Vec3, incoming: Vec3) -> Vec3:
+def apart(models: Sequence[str], model: Int[Array, "n"] | None, normal: Vec3, to_light: Vec3, incoming: Vec3) -> Vec3:
     """The difference by the model of each point, of the models that there are in the scene."""
     found = [(name, MODELS[name](normal, to_light, incoming)) for name in MODELS if name in models]
     if not found:

@@ -13,7 +13,9 @@ def diffuse(normal: Vec3, to_light: Vec3) -> Float[Array, "*n"]:
 
 
 def lit(normal: Vec3, to_light: Vec3) -> Float[Array, "*n"]:
-    """1 where the light is before the surface, 0 where it is in its plane or behind: what a highlight is multiplied by."""
+    """1 where the light is before the surface, 0 where it is in its plane or behind: what a highlight is multiplied
+    by.
+    """
     return (dot(normal, to_light) > 0).astype(normal.dtype)
 
 

@@ -38,7 +38,9 @@ def light_terms(
     to_light: Vec3,
     needed,
 ) -> Terms:
-    """The terms of a light. `models`: those of the highlights in the scene, None without highlights; `model`: of each point."""
+    """The terms of a light. `models`: those of the highlights in the scene, None without highlights; `model`: of each
+    point.
+    """
 
     def at_points(point: SurfacePoint, model, to_light: Vec3) -> Terms:
         normal = point.shading_normal

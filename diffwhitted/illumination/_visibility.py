@@ -23,8 +23,9 @@ def glass_crossed(
     count: int,
     but: tuple[Int[Array, "n"], ...] = (),
 ) -> tuple[Int[Array, "n"], ...]:
-    """How many surfaces of each of the `count` transparent materials, except those numbered in `but`, lie on the straight way
-    to the light."""
+    """How many surfaces of each of the `count` transparent materials, except those numbered in `but`, lie on the
+    straight way to the light.
+    """
     leaving = Departure(departure.primitive, departure.inwards, but)
     found = crossing_counts(shapes, ray, leaving, before(distance), glass_of, count)
     return tuple(number.astype(jnp.int16 if count_bits(shapes) < 16 else jnp.int32) for number in found)

@@ -7,11 +7,16 @@ sentence. Only `encode_for_display` clips, `count_clipped` says how much, and `c
 images as a screen would show them.
 """
 
+from typing import TYPE_CHECKING
+
+from .._lazily import lazily
 from ._display import ClippedPixels, ciede2000, count_clipped, decode_from_display, display_codes, encode_for_display
 from ._faults import ImageError
 from ._film import dealt, gathered
-from ._reading import ImageFile, read_image, read_mask
-from ._writing import ImageFormat, check_place, check_writable, write_image
+
+if TYPE_CHECKING:
+    from ._reading import ImageFile, read_image, read_mask
+    from ._writing import ImageFormat, check_place, check_writable, write_image
 
 __all__ = [
     "ClippedPixels",
@@ -31,3 +36,10 @@ __all__ = [
     "read_mask",
     "write_image",
 ]
+
+__getattr__ = lazily(
+    __name__,
+    dict.fromkeys(("ImageFile", "read_image", "read_mask"), "_reading")
+    | dict.fromkeys(("ImageFormat", "check_place", "check_writable", "write_image"), "_writing"),
+)
+"""OpenImageIO waits until a picture is read or written."""

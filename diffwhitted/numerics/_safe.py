@@ -47,10 +47,14 @@ def rescaled(v: Vec3) -> tuple[Vec3, Float[Array, "*n"]]:
     The power is exact, so no digit of v changes, and a derivative takes it as a constant. For what a user
     writes: squares of very short or long vectors leave the range of float32.
     """
-    largest = jax.lax.stop_gradient(jnp.maximum(jnp.maximum(abs(v.x), abs(v.y)), abs(v.z)))
-    tiny = float(jnp.finfo(largest.dtype).tiny)
-    power = 1 / jnp.clip(safe_divide(largest, jnp.frexp(largest)[0]), tiny, 1 / tiny)
+    power = power_of_two(jax.lax.stop_gradient(jnp.maximum(jnp.maximum(abs(v.x), abs(v.y)), abs(v.z))))
     return v * power, power
+
+
+def power_of_two(size: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    """The power of two that makes a size about 1; it is exact to multiply with."""
+    tiny = float(jnp.finfo(size.dtype).tiny)
+    return 1 / jnp.clip(safe_divide(size, jnp.frexp(size)[0]), tiny, 1 / tiny)
 
 
 def power_of_cosine(chord_squared: Float[Array, "*n"], exponent: Float[Array, "*n"]) -> Float[Array, "*n"]:

@@ -5,8 +5,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from ..numerics._coverage import Linear
-from ..numerics._safe import safe_divide, safe_sqrt
-from ..numerics._vector import Vec3, dot
+from ..numerics._safe import normalise, safe_divide, safe_sqrt
+from ..numerics._vector import Vec3, dot, where
 
 
 def mirrored(direction: Vec3, normal: Vec3) -> Vec3:
@@ -14,24 +14,47 @@ def mirrored(direction: Vec3, normal: Vec3) -> Vec3:
     return direction - normal * (2 * dot(direction, normal))
 
 
-def refraction_radicand(cos_i: Float[Array, "*n"], eta: Float[Array, "*n"]) -> Float[Array, "*n"]:
-    """cos_r**2 = 1 - eta**2 (1 - cos_i**2), the radicand of (14-51); negative at total internal reflection.
+STEEP = 4.0
+"""Ratio of indices above which refraction is reckoned from the sine: the usual form loses as many digits as eta**2 has."""
 
-    Written as cos_i**2 + (1 - eta**2)(1 - cos_i**2), which is exactly cos_i**2 at eta = 1.
+
+def along_surface(direction: Vec3, normal: Vec3) -> Vec3:
+    """u + cos_i N, the part of a direction in the tangent plane; as long as the sine of the angle of incidence."""
+    return direction - normal * dot(direction, normal)
+
+
+def sine_squared(direction: Vec3, normal: Vec3, eta: Float[Array, "..."] | float) -> Float[Array, "..."]:
+    """sin_i**2 of the angle of incidence: 1 - cos_i**2, and for a steep ratio of indices from the sine itself."""
+    cosine, along = dot(direction, normal), along_surface(direction, normal)
+    return jnp.where(eta > STEEP, dot(along, along), 1 - cosine * cosine)
+
+
+def refraction_radicand(
+    cos_i: Float[Array, "*n"], eta: Float[Array, "..."] | float, sine_squared: Float[Array, "..."] | None = None
+) -> Float[Array, "..."]:
+    """cos_r**2 = 1 - eta**2 sin_i**2, the radicand of (14-51); negative at total internal reflection.
+
+    Written as cos_i**2 + (1 - eta**2) sin_i**2, which is exactly cos_i**2 at eta = 1. Without `sine_squared` (see
+    there) it is 1 - cos_i**2, whose rounding an eta of 1000 makes a million times larger.
     """
-    return cos_i * cos_i + (1 - eta) * (1 + eta) * (1 - cos_i * cos_i)
+    if sine_squared is None:
+        sine_squared = 1 - cos_i * cos_i
+    return cos_i * cos_i + (1 - eta) * (1 + eta) * sine_squared
 
 
-def refracted(direction: Vec3, normal: Vec3, eta: Float[Array, "*n"]) -> Vec3:
+def refracted(direction: Vec3, normal: Vec3, eta: Float[Array, "..."] | float) -> Vec3:
     """T = eta u - (cos_r - eta cos_i) N (Hearn and Baker 14-50), N on the side of the incoming ray.
 
     `eta` is the index on the ray's side over the one on the far side. Edges: at eta = 1 the ray goes
     straight on to the last digit or two; at the critical angle cos_r = 0 with derivative 0 (the one-sided
-    limit is infinite). Past it the result has no meaning: see `refraction_radicand`.
+    limit is infinite). Past it the result has no meaning: see `refraction_radicand`. Above `STEEP` it is
+    eta (u + cos_i N) - cos_r N, made as long as 1.
     """
     cos_i = -dot(direction, normal)
-    cos_r = safe_sqrt(refraction_radicand(cos_i, eta))
-    return direction * eta - normal * (cos_r - eta * cos_i)
+    cos_r = safe_sqrt(refraction_radicand(cos_i, eta, sine_squared(direction, normal, eta)))
+    bent = direction * eta - normal * (cos_r - eta * cos_i)
+    steep = normalise(along_surface(direction, normal) * eta - normal * cos_r)
+    return where(eta > STEEP, steep, bent)
 
 
 class Turn(eqx.Module):
@@ -47,10 +70,11 @@ class Turn(eqx.Module):
     down: Float[Array, "*n"]
 
     def direction(self, incoming: Vec3, normal: Vec3) -> Vec3:
-        return incoming * self.along + normal * self.normal
+        bent = incoming * self.along + normal * self.normal
+        return where(self.along > STEEP, normalise(bent), bent)
 
     def change(self, turn: Vec3, normal_turn: Vec3, normal: Vec3, of_b: Float[Array, "*n"]) -> Vec3:
-        """Change of the direction where the incoming one changes by `turn`, the normal by `normal_turn` (Igehy 1999)."""
+        """Change of the direction if the incoming changes by `turn` and the normal by `normal_turn` (Igehy 1999)."""
         return turn * self.along + normal * of_b + normal_turn * self.normal
 
 
@@ -75,6 +99,8 @@ def turn_at(
     return Turn(along * jnp.ones_like(cosine.value), normal, cosine.across * slope, cosine.down * slope)
 
 
-def eta_at(entering, inside: Float[Array, "*n"], outside: Float[Array, "*n"]) -> Float[Array, "*n"]:
+def eta_at(
+    entering: Bool[Array, "*n"], inside: Float[Array, "..."] | float, outside: Float[Array, "..."] | float
+) -> Float[Array, "..."]:
     """Index on the ray's side over the index on the far side."""
     return jnp.where(entering, outside / inside, inside / outside)

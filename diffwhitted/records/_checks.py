@@ -2,10 +2,11 @@
 
 import difflib
 from collections.abc import Iterable
+from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 
 from .._errors import InputError, SceneError
 
@@ -15,14 +16,14 @@ DEEPEST = 64
 
 def is_traced(value) -> bool:
     """Is this an abstract value inside `jit`, `grad`, `jvp` or `vmap`?"""
-    return isinstance(value, jax.core.Tracer)
+    return isinstance(value, Tracer)
 
 
-def number_array(value, place: str, field: str, shapes: tuple[tuple[int, ...], ...]):
+def number_array(value, place: str, field: str, shapes: tuple[tuple[int, ...], ...]) -> Any:
     """`value` as a floating-point array of one of the allowed shapes, finite where it is concrete.
 
-    What is concrete becomes an array of NumPy's: a scene of thousands of records is made in no time, and keeps the digits of its
-    numbers until the scene decides on a precision.
+    What is concrete becomes an array of NumPy's: a scene of thousands of records is made in no time, and keeps the
+    digits of its numbers until the scene decides on a precision.
     """
     try:
         array = value if is_traced(value) else np.asarray(value, dtype=_float_dtype(value))
@@ -75,7 +76,9 @@ def listed(value) -> str:
 
 
 def shortest(number) -> float:
-    """The number with the fewest digits that reads back as this one in its own precision, whatever NumPy's print options."""
+    """The number with the fewest digits that reads back as this one in its own precision, whatever NumPy's print
+    options.
+    """
     return float(np.format_float_scientific(number, unique=True))
 
 

@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import fields
-from typing import TypeVar
+from typing import Any, TypeVar
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -11,11 +12,12 @@ from jaxtyping import Array, Float
 
 from ..numerics._vector import lookup
 from ._checks import is_traced
+from ._row import rows_of
 
-R = TypeVar("R")
+R = TypeVar("R", bound=eqx.Module)
 
 
-def changed(record: R, **new) -> R:
+def changed(record: R, **new: Any) -> R:
     """A copy of a record with other values of some fields, static ones too, without the checks of its `__init__`."""
     copy = object.__new__(type(record))
     for field in fields(record):
@@ -23,8 +25,24 @@ def changed(record: R, **new) -> R:
     return copy
 
 
+def moved(record: R, by: np.ndarray) -> R:
+    """A copy of a record whose places (its rows of vectors in metres) are moved by so many metres, (3,).
+
+    What is known is moved in float64, what is traced in its own precision.
+    """
+    places = [row.name for row in rows_of(record).values() if row.kind in ("vector", "vectors") and row.unit == "m"]
+    return changed(record, **{name: shifted(getattr(record, name), by) for name in places})
+
+
+def shifted(value, by):
+    """The sum of a number of a record and of one of the host, in float64 where the record's is known."""
+    return value + jnp.asarray(by, value.dtype) if is_traced(value) else np.asarray(value, np.float64) + by
+
+
 def stacked(values: Sequence) -> Float[Array, "members ..."]:
-    """Arrays of one shape as one array: on the host where all are concrete, with the traced ones put in where some are."""
+    """Arrays of one shape as one array: on the host where all are concrete, with the traced ones put in where some
+    are.
+    """
     traced = [i for i, value in enumerate(values) if is_traced(value)]
     if not values:
         return jnp.zeros(0)
@@ -36,8 +54,9 @@ def stacked(values: Sequence) -> Float[Array, "members ..."]:
 
 
 def grouped(records: Sequence[R]) -> tuple[tuple[R, ...], np.ndarray]:
-    """Records of one structure (kind, static fields but the name, shapes) stacked into one, and the number of each record
-    in the order of the groups."""
+    """Records of one structure (kind, static fields but the name, shapes) stacked into one, and the number of each
+    record in the order of the groups.
+    """
     groups: dict = {}
     for number, record in enumerate(records):
         bare = changed(record, name="") if any(field.name == "name" for field in fields(record)) else record

@@ -1,7 +1,8 @@
 """Registries: the one list of the kinds of a family (shapes, lights, textures, backgrounds).
 
 A new kind is a class that fulfils the family's contract, and one line in the family's list. All that files, pictures,
-bounds, fits and explanations ask of a kind, they ask of its class: nothing outside a registry asks which kind a record is.
+bounds, fits and explanations ask of a kind, they ask of its class: nothing outside a registry asks which kind a
+record is.
 """
 
 import inspect
@@ -30,7 +31,9 @@ class Registry(Generic[T]):
         return kind in self._kinds
 
     def register(self, kind: type[T]) -> type[T]:
-        """Add a kind; also a decorator. Raises `TypeError` for a class that breaks the contract or takes a name that is in use."""
+        """Add a kind; also a decorator. Raises `TypeError` for a class that breaks the contract or takes a name that
+        is in use.
+        """
         if not (isinstance(kind, type) and issubclass(kind, self.contract)) or inspect.isabstract(kind):
             missing = ", ".join(sorted(getattr(kind, "__abstractmethods__", ()))) or f"not a {self.contract.__name__}"
             raise TypeError(f"{self.family} {kind!r} breaks the contract {self.contract.__name__}: {missing}")

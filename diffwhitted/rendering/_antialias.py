@@ -10,13 +10,13 @@ bounding sphere closer than the distance of two samples, of an object smaller th
 from dataclasses import dataclass
 from functools import partial
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
 from .._errors import SceneError
-from ..scene import Camera, Scene, Tables, depth_number
+from ..numerics._kept import kept
+from ..scene import Camera, Scene, Tables, depth_number, near
 from ..tree import Plan, Samples, likely_room, make_plan, tables_of, trace_beside_small
 from ._sample_lists import packed_pass, traced_list
 
@@ -92,7 +92,7 @@ def compile_antialias(
 def _prepared(scene: Scene, camera: Camera, max_depth: int | None, cutoff: float | None) -> tuple[Scene, Camera, Plan]:
     """Scene and camera as they are traced, and the plan. The corners are a picture of one more row and column."""
     scene = scene.with_cutoff(cutoff)
-    camera = camera.in_precision(scene.dtype)
+    scene, camera = near(scene, camera)
     corners = camera.resized(camera.width + 1, camera.height + 1)
     return (
         scene,
@@ -180,10 +180,12 @@ class Squares:
         )
 
 
-@eqx.filter_jit
+@kept
 def _pass(
     tables: Tables, camera: Camera, plan: Plan, samples: Samples
 ) -> tuple[Float[Array, "4 pixels"], Int[Array, ""]]:
-    """One pass: colour, and how much light comes along rays that pass by something small; and the number of descendants."""
+    """One pass: colour, and how much light comes along rays that pass by something small; and the number of
+    descendants.
+    """
     light, beside, descendants = trace_beside_small(tables, camera, plan, samples)
     return jnp.concatenate([light.stacked(axis=0), beside.x[None]]), descendants

@@ -18,8 +18,9 @@ from jaxtyping import Array, Float
 
 from .._errors import SceneError
 from ..image import gathered
+from ..numerics._kept import kept
 from ..numerics._workers import side_by_side
-from ..scene import Camera, Scene, Tables, depth_number, marks_of, nearest_name, tabulate
+from ..scene import Camera, Scene, Tables, depth_number, marks_of, near, nearest_name, tabulate
 from ..tree import Plan, Samples, grid, likely_room, make_plan, record, replay, sample_places
 from ._sample_lists import film_of, traced_list
 
@@ -67,10 +68,12 @@ def derivative(
     the tree outgrows the memory.
     """
     value = jnp.asarray(value, float)
-    scene, tangent = eqx.filter_jvp(make, (value,), (jnp.ones_like(value),))
-    if not isinstance(scene, Scene):
-        raise SceneError(f"derivative: make(value) gave a {type(scene).__name__}; allowed is a Scene")
-    camera, turn = _camera(scene, tangent, camera)
+    given = make(value)
+    if not isinstance(given, Scene):
+        raise SceneError(f"derivative: make(value) gave a {type(given).__name__}; allowed is a Scene")
+    about = _seen_by(given, camera)
+    scene, tangent = eqx.filter_jvp(lambda value: near(make(value), about)[0], (value,), (jnp.ones_like(value),))
+    camera, turn = _camera(scene, tangent, camera, near(given, about)[1])
     plan = make_plan(
         scene, camera, free=free, max_depth=depth_number(max_depth), capacity=likely_room(camera), footprint=footprint
     )
@@ -116,20 +119,24 @@ def _largest(slope: np.ndarray) -> np.ndarray:
     return np.sort(np.argpartition(-size, most - 1)[:most]) if most else np.zeros(0, int)
 
 
-def _camera(scene: Scene, tangent, camera: Camera | str) -> tuple[Camera, Any]:
-    """The camera, and how it changes; one that is none of the scene's does not."""
-    if isinstance(camera, str):
-        if camera not in scene.cameras:
-            known = ", ".join(scene.cameras) or "none at all"
-            raise SceneError(
-                f"derivative: no camera {camera!r}; there is {known}.{nearest_name(camera, scene.cameras)}"
-            )
-        return scene.cameras[camera], tangent.cameras[camera]
-    camera = camera.in_precision(scene.dtype)
-    return camera, jax.tree.map(lambda a: None, camera)
+def _seen_by(scene: Scene, camera: Camera | str) -> Camera:
+    """The camera itself. Raises `SceneError` for a name that the scene does not have."""
+    if not isinstance(camera, str):
+        return camera
+    if camera not in scene.cameras:
+        known = ", ".join(scene.cameras) or "none at all"
+        raise SceneError(f"derivative: no camera {camera!r}; there is {known}.{nearest_name(camera, scene.cameras)}")
+    return scene.cameras[camera]
 
 
-@eqx.filter_jit
+def _camera(scene: Scene, tangent, asked: Camera | str, placed: Camera) -> tuple[Camera, Any]:
+    """The camera, and how it changes; one that is none of the scene's, `placed` near the scene, does not."""
+    if isinstance(asked, str):
+        return scene.cameras[asked], tangent.cameras[asked]
+    return placed, jax.tree.map(lambda a: None, placed)
+
+
+@kept
 def _pass(seen: tuple[Tables, Camera], change, plan: Plan, samples: Samples):
     """One pass of tables and camera: value and derivative (2, 3, pixels), and the number of descendants."""
     tree = record(*seen, plan, samples)

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from ..image import gathered
+from ..numerics._kept import kept
 from ..numerics._workers import side_by_side
 from ..scene import Camera, Scene, Tables
 from ..tree import Beyond, Plan, Record, film_of, grid, record, replay, sample_places, tables_of, trace
@@ -30,7 +31,7 @@ def trace_samples(
     return film.mean(axis=0), needed
 
 
-trace_pass = eqx.filter_jit(trace_samples)
+trace_pass = kept(trace_samples)
 """The same as one compiled program; its plan is without names (see `Plan.program`)."""
 
 
@@ -96,7 +97,7 @@ def record_passes(scene: Scene, camera: Camera, plan: Plan, place=None) -> Recor
     return _record_passes(tables_of(scene, plan), camera, plan.program, _centre(scene) if place is None else place)
 
 
-@eqx.filter_jit
+@kept
 def _record_passes(tables: Tables, camera: Camera, plan: Plan, place) -> Record:
     return jax.lax.map(
         lambda number: record(tables, camera, plan, grid(plan, camera, number, place)), _pass_numbers(plan)

@@ -71,7 +71,7 @@ def radiance_bounds(scene: Scene, camera: Camera, plan: Plan) -> np.ndarray:
     return np.stack([out, into])
 
 
-def _passed(weight: np.ndarray, light: np.ndarray) -> np.ndarray:
+def _passed(weight: np.ndarray, light: np.ndarray | float) -> np.ndarray:
     """What a branch brings at most; nothing where it weighs nothing, be the light infinite."""
     return np.where(weight > 0, weight * light, 0.0)
 
@@ -163,7 +163,7 @@ class _Bodies:
         apart = np.linalg.norm(self.middle[:, None] - self.middle[None], axis=-1)
         near = ~(known & (apart >= self.radius[:, None] + self.radius[None]))
         for k in self.planes:
-            normal, offset = self.objects[k].half_space()
+            normal, offset = self.objects[k].half_space() or (np.zeros(3), 0.0)
             beyond = self.convex & (self.middle @ normal - offset >= self.radius)
             near[k, beyond] = near[beyond, k] = False
         return near

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..scene import Camera, Scene, depth_number, whole_number
+from ..scene import Camera, Scene, depth_number, near, whole_number
 from ..tree import likely_room, make_plan
 from ._passes import traced_with_room
 from ._radiance_bound import most_beyond
@@ -44,7 +44,7 @@ def render_with_bound(
     memory.
     """
     scene = scene.with_cutoff(cutoff)
-    camera = camera.in_precision(scene.dtype)
+    scene, camera = near(scene, camera)
     samples, depth = whole_number(samples, "samples"), depth_number(max_depth) or scene.max_depth
     # A plan of depth 1 knows no branches, and so not what they would have carried.
     plan = make_plan(scene, camera, max_depth=max(depth, 2), capacity=likely_room(camera), footprint=footprint)

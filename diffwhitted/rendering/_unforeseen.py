@@ -53,7 +53,7 @@ def _called_for(scene: Scene, plan: Plan) -> dict[str, Bool[Array, ""] | bool]:
         for counted in (objects_of, solids_of)
     )
     deep, lit = plan.max_depth > 1, bool(scene.lights)
-    added = {
+    added: dict[str, Bool[Array, ""] | bool] = {
         row.name: _any(m.values[name] for m in used for name in row.coefficients)
         for row in effect_rows()
         if row.coefficients
@@ -82,4 +82,4 @@ def _any(values) -> Bool[Array, ""]:
 
 def _dense(material: Material) -> Bool[Array, ""]:
     """Is it transparent, with an index at which light may be reflected in whole?"""
-    return _positive(material.k_t) & _positive(material.refractive_index - 1)
+    return _positive(material.k_t) & _positive(material.at_work("refractive_index") - 1)

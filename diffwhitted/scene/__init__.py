@@ -6,6 +6,7 @@ from ._camera import Camera
 from ._coefficients import BY_NAME, COEFFICIENTS, coefficients, including_coefficient
 from ._material import HIGHLIGHTS, HighlightModel, Material, textured_rows
 from ._names import coefficient_value, replace_coefficient
+from ._near import near
 from ._parameters import (
     FAMILIES,
     WITHOUT_NAME,
@@ -27,7 +28,7 @@ __all__ = [
     "ConstantBackground", "DirectionalLight", "GradientBackground", "HighlightModel", "Marks", "Material",
     "Parameter", "Plane", "PointLight", "Polygon", "Precision", "Row", "Scene", "ShadowModel", "Sphere", "Tables",
     "TotalReflection", "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter",
-    "float_dtype", "including_coefficient", "is_traced", "marks_of", "material_names", "nearest_name",
+    "float_dtype", "including_coefficient", "is_traced", "marks_of", "material_names", "near", "nearest_name",
     "numbered_objects", "parameter_value", "parameters", "replace_coefficient", "replace_parameter", "shortest",
     "tabulate", "texture_names", "textured_rows", "whole_number",
 ]  # fmt: skip

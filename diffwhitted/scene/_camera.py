@@ -12,8 +12,10 @@ from .._errors import SceneError
 from ..geometry import NOTHING, Footprint, Ray
 from ..numerics._safe import normalise, rescaled
 from ..numerics._vector import cross, vec3
-from ..records import Row, is_traced, read_rows
+from ..records import Row, is_traced, moved, read_rows
 
+FAR = 300.0
+"""A camera so many times further from the origin than from what it looks at is far away."""
 LARGEST_SIDE = 32768
 """Pixels; a picture of this width and height still numbers its pixels in 32 bits."""
 
@@ -70,14 +72,28 @@ class Camera(eqx.Module):
             for side, field in ((width, "width"), (height, "height"))
         )
         if width is None:
-            width = max(1, round(height * self.width / self.height))
+            width = max(1, round((height or 1) * self.width / self.height))
         if height is None:
             height = max(1, round(width * self.height / self.width))
         return Camera(self.look_from, self.look_at, self.vfov_deg, width, height, self.up)
 
     def pixel_angle(self) -> Float[Array, ""]:
-        """Distance of neighbouring pixels in the picture, one unit ahead; in the middle that is their angle in radians."""
+        """Distance of neighbouring pixels in the picture, one unit ahead; in the middle that is their angle in
+        radians.
+        """
         return 2 * jnp.tan(jnp.deg2rad(self.vfov_deg) / 2) / self.height
+
+    @property
+    def is_far(self) -> bool:
+        """Is it known to be so far from the origin that float32 blurs what it sees?"""
+        if is_traced(self.look_from) or is_traced(self.look_at):
+            return False
+        here, there = (np.asarray(place, np.float64) for place in (self.look_from, self.look_at))
+        return float(abs(here).max()) > FAR * float(abs(there - here).max())
+
+    def moved(self, by: np.ndarray) -> "Camera":
+        """The same view from elsewhere, moved by so many metres, (3,)."""
+        return moved(self, by)
 
     def in_precision(self, dtype) -> "Camera":
         """The same in the precision of a scene, which decides."""

@@ -1,6 +1,6 @@
 """What a surface is made of."""
 
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import equinox as eqx
 from jaxtyping import Array, Float
@@ -18,9 +18,9 @@ TEXTURE = "_texture"
 class Material(eqx.Module):
     """Coefficients of one material; each a number or, where the table allows it, linear RGB.
 
-    Its coefficients are attributes (`material.k_d`), and so are the names of their textures (`material.k_d_texture`, None
-    without one). A k_h that is None follows k_s, also through a derivative. The table of units, bounds and sources is
-    `diffwhitted.COEFFICIENTS`. Raises `SceneError` for a value outside its interval.
+    Its coefficients are attributes (`material.k_d`), and so are the names of their textures (`material.k_d_texture`,
+    None without one). A k_h that is None follows k_s, also through a derivative. The table of units, bounds and
+    sources is `diffwhitted.COEFFICIENTS`. Raises `SceneError` for a value outside its interval.
     """
 
     values: dict[str, Float[Array, ""] | Float[Array, "3"] | None]
@@ -53,7 +53,7 @@ class Material(eqx.Module):
         """k_h, or k_s where k_h is not given (Parker et al., after equation 1)."""
         return self.values["k_s"] if self.values["k_h"] is None else self.values["k_h"]
 
-    def at_work(self, name: str):
+    def at_work(self, name: str) -> Any:
         """The value of a coefficient as light sees it: an absent k_h is k_s."""
         return self.highlight_coefficient() if name == "k_h" else self.values[name]
 
@@ -63,7 +63,7 @@ def textured_rows():
     return tuple(row for row in coefficients() if row.coloured)
 
 
-def checked(name: str, value, place: str):
+def checked(name: str, value, place: str) -> Any:
     """The value of a coefficient as an array, or `SceneError` naming the place and the interval."""
     row = BY_NAME[name]
     array = number_array(value, place, name, ((), (3,)) if row.coloured else ((),))

@@ -10,6 +10,7 @@ kind of light or shape has its names by itself.
 import inspect
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -69,7 +70,8 @@ class Parameter:
             if jnp.shape(array) != jnp.shape(self.value(scene)):
                 allowed = jnp.shape(self.value(scene))
                 raise SceneError(f"{self.place}: {self.row.name} has shape {array.shape}; allowed is {allowed}")
-        array = array.astype(scene.dtype)
+        if is_traced(array) or not (scene.keeps_digits and self.family in FAMILIES):
+            array = array.astype(scene.dtype)
         match self.family:
             case "material":
                 record = scene.materials[self.owner]
@@ -244,7 +246,7 @@ def _parted(rest: str) -> tuple[str, str]:
     return key, component
 
 
-def _no_material(scene: Scene, name: str):
+def _no_material(scene: Scene, name: str) -> Any:
     """Raise the `SceneError` for a name that is no material's coefficient."""
     material, _, coefficient = name.rpartition(".")
     if not material:

@@ -1,5 +1,6 @@
 """The scene: everything that is there, and how light is to be treated."""
 
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal, get_args
 
@@ -9,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._errors import SceneError
+from .._errors import FarFromOrigin, SceneError
 from ..records import changed, nearest_name, number_array, require
 from ..shapes import OBJECTS, AbstractObject
 from ._camera import Camera
@@ -46,6 +47,9 @@ class Scene(eqx.Module):
     total_internal_reflection: TotalReflection = eqx.field(static=True)
     shadows: ShadowModel = eqx.field(static=True)
     footprint: int = eqx.field(static=True)
+    keeps_digits: bool = eqx.field(static=True)
+    """It is far from the origin of its coordinates: objects, lights, cameras and textures hold the numbers as they were
+    given, and are in the scene's precision relative to the camera that sees them (see `near`)."""
 
     def __init__(
         self,
@@ -69,10 +73,14 @@ class Scene(eqx.Module):
         def cast(record):
             return jax.tree.map(lambda a: a if a.dtype == dtype else a.astype(dtype), record)
 
-        self.objects, self.lights = tuple(map(cast, objects)), _named(map(cast, lights))
-        self.materials, self.cameras, self.textures = (
-            {name: cast(record) for name, record in (records or {}).items()}
-            for records in (materials, cameras, textures)
+        far = [camera for camera in (cameras or {}).values() if camera.is_far] if dtype == np.float32 else []
+        _warn_if_rounded(far)
+        self.keeps_digits = bool(far)
+        placed = (lambda record: record) if far else cast
+        self.objects, self.lights = tuple(map(placed, objects)), _named(map(placed, lights))
+        self.materials = {name: cast(material) for name, material in materials.items()}
+        self.cameras, self.textures = (
+            {name: placed(record) for name, record in (records or {}).items()} for records in (cameras, textures)
         )
         self.background = cast(background or ConstantBackground((0.0, 0.0, 0.0)))
         self.ambient = cast(number_array(ambient, "scene", "ambient", ((), (3,))) * np.ones(3))
@@ -89,7 +97,7 @@ class Scene(eqx.Module):
 
     @property
     def precision(self) -> Precision:
-        return self.dtype.name
+        return "float64" if self.dtype == jnp.float64 else "float32"
 
     def with_cutoff(self, cutoff: float | None) -> "Scene":
         """The scene with another cutoff; None leaves it as it is."""
@@ -116,9 +124,9 @@ class Scene(eqx.Module):
         ):
             for thing in things:
                 registry.check(thing, "scene")
-        _no_twins("light", [light.name for light in self.lights])
+        _no_twins("light", [name for light in self.lights if (name := light.name)])
         for light in self.lights:
-            if "." in light.name:
+            if "." in (light.name or ""):
                 raise SceneError(
                     f"light {light.name!r}: allowed is a name without a dot, so that its numbers have names"
                 )
@@ -139,6 +147,22 @@ def _named(lights: Iterable[AbstractLight]) -> tuple[AbstractLight, ...]:
         light if light.name is not None else changed(light, name=f"light_{number}")
         for number, light in enumerate(lights, 1)
     )
+
+
+def _warn_if_rounded(cameras: Iterable[Camera]) -> None:
+    """Say of cameras far from the origin that were given in float32 that what they see was rounded before it came
+    here.
+    """
+    for camera in cameras:
+        if camera.look_from.dtype == np.float32:
+            away = np.asarray(camera.look_from)
+            warnings.warn(
+                f"a camera at {away.tolist()} is far from the origin, where float32 resolves "
+                f"{np.spacing(abs(away).max()):.2g} m, and its numbers were float32 when the scene was built; "
+                "build the scene from Python's numbers or float64 arrays, or nearer to the origin",
+                FarFromOrigin,
+                stacklevel=4,
+            )
 
 
 def _no_twins(family: str, names: list[str]):
@@ -168,10 +192,14 @@ def _known(name: str, there: Mapping, place: str):
         raise SceneError(f"{place} = {name!r} is not in the scene; there is {listed}.{nearest_name(name, there)}")
 
 
+def _has_float64() -> bool:
+    return jax.config.jax_enable_x64  # pyright: ignore[reportAttributeAccessIssue]
+
+
 def float_dtype(precision: str):
     """The floating-point type of a precision by name; `SceneError` where JAX is not set up for it."""
     if precision not in get_args(Precision):
         raise SceneError(f"precision = {precision!r}; allowed is {', '.join(get_args(Precision))}")
-    if precision == "float64" and not jax.config.jax_enable_x64:
+    if precision == "float64" and not _has_float64():
         raise SceneError('precision = "float64" needs 64-bit JAX: call jax.config.update("jax_enable_x64", True) first')
     return jnp.dtype(precision)

@@ -1,11 +1,13 @@
 """A scene as stacked tables, the form in which the ray tree reads it.
 
-Names stay behind: from here on objects, materials, lights and textures are numbers, and what is true of each of them is an
-array, so that pictures of other numbers, names or materials share a compiled program. Objects are numbered kind by kind in
-the order of the registry, materials and textures by name.
+Names stay behind: from here on objects, materials, lights and textures are numbers, and what is true of each of them
+is an array, so that pictures of other numbers, names or materials share a compiled program. Objects are numbered kind
+by kind in the order of the registry, materials and textures by name.
 """
 
 from collections.abc import Collection
+from functools import reduce
+from operator import or_
 
 import equinox as eqx
 import jax
@@ -32,7 +34,7 @@ class Marks(eqx.Module):
     """k_s and k_t: a derivative is wanted also where the coefficient is zero, so its rays are followed."""
     glass: Int[Array, "glass"]
     """The materials that may let light through, -1 in the room to spare."""
-    solids: tuple[Int[Array, "some"], ...]
+    solids: tuple[Int[Array, "_"], ...]
     """For each family of shapes, the objects that may be transparent solids, -1 in the room to spare."""
 
 
@@ -129,8 +131,8 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
 def marks_of(scene: Scene, free: Collection[str] = (), where_traced: bool = True) -> Marks:
     """The marks of a scene whose values are known, or as far as they are: what is traced may be anything.
 
-    `free`: names of coefficients ("glass.k_s") whose derivative is wanted although they may be zero; `where_traced`: that of
-    all traced ones is.
+    `free`: names of coefficients ("glass.k_s") whose derivative is wanted although they may be zero; `where_traced`:
+    that of all traced ones is.
     """
     names, objects = material_names(scene), numbered_objects(scene)
 
@@ -179,9 +181,10 @@ def _column(values: list, coloured: bool):
     return vec3(stacked(list(map(three, values))))
 
 
-def _some(colour: Vec3) -> Bool[Array, "materials"]:
+def _some(coefficient: Vec3 | Float[Array, "materials"]) -> Bool[Array, "materials"]:
     """Is any channel above zero?"""
-    return (colour.x > 0) | (colour.y > 0) | (colour.z > 0)
+    channels = (coefficient.x, coefficient.y, coefficient.z) if isinstance(coefficient, Vec3) else (coefficient,)
+    return reduce(or_, (channel > 0 for channel in channels))
 
 
 def _ranked(objects) -> Int[Array, "objects"]:

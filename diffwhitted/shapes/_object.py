@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 
 from ..geometry import AbstractSurfaces
 from ..numerics._vector import Vec3
-from ..records import Row, is_traced, stacked
+from ..records import Row, is_traced, moved, stacked
 
 
 class AbstractObject(eqx.Module):
@@ -25,8 +25,9 @@ class AbstractObject(eqx.Module):
     ROWS: ClassVar[tuple[Row, ...]]
     FAMILY: ClassVar[type[AbstractSurfaces]]
     CONVEX: ClassVar[bool] = False
-    """A ray that leaves its outer side does not meet it again, and one that leaves its inner side meets nothing else of it
-    before the way out."""
+    """A ray that leaves its outer side does not meet it again, and one that leaves its inner side meets nothing else
+    of it before the way out.
+    """
 
     ROUND: ClassVar[bool] = False
     """It is its own bounding sphere."""
@@ -51,8 +52,14 @@ class AbstractObject(eqx.Module):
         return self.TYPE
 
     def size(self) -> Float[Array, ""]:
-        """What decides which of two nested solids lies inside: the smaller one. By default the radius of its bounding sphere."""
+        """What decides which of two nested solids lies inside: the smaller one. By default the radius of its bounding
+        sphere.
+        """
         return self.alone().bounding()[1][0]
+
+    def moved(self, by: np.ndarray) -> "AbstractObject":
+        """The same, moved by so many metres, (3,). By default the rows of vectors in metres are its places."""
+        return moved(self, by)
 
     def alone(self) -> AbstractSurfaces:
         """The family of this object only."""

@@ -11,7 +11,7 @@ from ..geometry import AbstractSurfaces, Footprint, Ray
 from ..numerics._coverage import Linear
 from ..numerics._safe import length, normalise, rescaled, safe_divide
 from ..numerics._vector import Vec3, dot, vec3
-from ..records import Row, read_rows
+from ..records import Row, changed, is_traced, read_rows, shifted
 from ._object import AbstractObject
 
 HORIZON = 1e30
@@ -104,10 +104,15 @@ class Plane(AbstractObject):
         normal, power = rescaled(vec3(normal))
         return Planes(normalise(normal), safe_divide(offset * power, length(normal)))
 
+    def moved(self, by: np.ndarray) -> "Plane":
+        """normal.(x - by) = offset."""
+        along = sum(shifted(self.normal, 0)[k] * by[k] for k in range(3))
+        return changed(self, offset=self.offset + along if is_traced(along) else shifted(self.offset, along))
+
     def size(self) -> Float[Array, ""]:
         return jnp.full_like(self.offset, jnp.inf)
 
     def half_space(self) -> tuple[np.ndarray, float]:
         normal = np.asarray(self.normal, np.float64)
-        size = np.linalg.norm(normal)
+        size = float(np.linalg.norm(normal))
         return normal / size, float(self.offset) / size

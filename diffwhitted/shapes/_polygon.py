@@ -1,9 +1,11 @@
 """Plane polygons, triangles among them."""
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -11,7 +13,7 @@ from jaxtyping import Array, Float
 from .._errors import SceneError
 from ..geometry import AbstractSurfaces, Footprint, Ray, steps_on_surface
 from ..numerics._coverage import Linear
-from ..numerics._safe import length, normalise, safe_divide
+from ..numerics._safe import length, normalise, power_of_two, safe_divide
 from ..numerics._vector import Vec3, cross, dot, vec3, where
 from ..records import Row, is_traced, number_array, stacked
 from ._object import AbstractObject
@@ -37,6 +39,11 @@ class Polygons(AbstractSurfaces):
         """The plane that carries the polygon; its normal by Newell's sum over the edges."""
         first = Vec3(*(c[..., :1] for c in (self.vertices.x, self.vertices.y, self.vertices.z)))
         spokes = self.vertices - first
+        # Only the direction is wanted: the square of an area would leave the range of numbers.
+        largest = jax.lax.stop_gradient(
+            jnp.maximum(jnp.maximum(abs(spokes.x), abs(spokes.y)), abs(spokes.z)).max(axis=-1, keepdims=True)
+        )
+        spokes = spokes * power_of_two(largest)
         following = Vec3(*(jnp.roll(c, -1, axis=-1) for c in (spokes.x, spokes.y, spokes.z)))
         doubled_area = cross(spokes, following)
         normal = normalise(Vec3(*(c.sum(axis=-1) for c in (doubled_area.x, doubled_area.y, doubled_area.z))))
@@ -52,7 +59,9 @@ class Polygons(AbstractSurfaces):
         return (jnp.where(met & inside, distance, jnp.inf),)
 
     def silhouette(self, ray: Ray, footprint: Footprint):
-        """Distance in the plane from where the ray meets it to the nearest side, positive inside; and how far that is."""
+        """Distance in the plane from where the ray meets it to the nearest side, positive inside; and how far that
+        is.
+        """
         plane = self.carrier()
         distance, _, point, _ = plane.surface(ray, None)
         facing = where(self.side(ray), plane.normal, -plane.normal)
@@ -167,7 +176,7 @@ class Polygon(AbstractObject):
             _check_flat(np.asarray(self.vertices, np.float64), place)
 
     @classmethod
-    def columns(cls, objects) -> list:
+    def columns(cls, objects: Sequence[Any]) -> list:
         """Vertices, of which shorter polygons repeat the last."""
         most = max(len(thing.vertices) for thing in objects)
         return [stacked([_padded(thing.vertices, most) for thing in objects])]

@@ -39,7 +39,8 @@ class Spheres(AbstractSurfaces):
         return near, far
 
     def surface(self, ray: Ray, crossing):
-        """Distance, outward unit normal and point of the recorded crossing, differentiable; a ray enters at the nearer one.
+        """Distance, outward unit normal and point of the recorded crossing, differentiable; a ray enters at the
+        nearer one.
 
         The normal comes from the offset (dP - (u.dP) u) and the half chord, and for a far or small
         sphere the point comes from centre and normal: both keep their digits where `ray.at(distance)`
@@ -56,7 +57,9 @@ class Spheres(AbstractSurfaces):
         return distance, outward, point, entering
 
     def silhouette(self, ray: Ray, footprint: Footprint):
-        """r - |q| with q from the ray's line to the centre: positive where the line meets the sphere; and where it is closest."""
+        """r - |q| with q from the ray's line to the centre: positive where the line meets the sphere; and where it is
+        closest.
+        """
         _, middle, miss, _ = self._chord(ray)
         sideways = normalise(miss)
 

@@ -36,7 +36,9 @@ class Origin(eqx.Module):
 
 
 class Beam(eqx.Module):
-    """What is known of a ray with a footprint where it meets its surface: all for the part of the pixel that the object covers."""
+    """What is known of a ray with a footprint where it meets its surface: all for the part of the pixel that the
+    object covers.
+    """
 
     footprint: Footprint
     """The change of the point along the surface, and of the direction."""

@@ -18,8 +18,8 @@ from ._shadows import Seen
 def arriving_part(
     tables: Tables, plan: Plan, light: AbstractLight, seen: Seen | None, point: SurfacePoint, to_light: Vec3
 ):
-    """s_j of Parker et al. (1): 0 or 1, times k_t for each transparent surface on the way where shadows are tinted. Where rays
-    have a footprint, the part of it that sees the light.
+    """s_j of Parker et al. (1): 0 or 1, times k_t for each transparent surface on the way where shadows are tinted.
+    Where rays have a footprint, the part of it that sees the light.
 
     `seen`: what this light sees of the points; None where nothing casts shadows.
     """
@@ -60,7 +60,7 @@ def _past_silhouettes(
 
 
 def _past(tables: Tables, plan: Plan, occluder: Int[Array, "n"], free):
-    """What comes past a surface: all that its silhouette leaves free, and what tinted glass lets through of the rest."""
+    """What comes past a surface: what its silhouette leaves free, and what tinted glass lets through of the rest."""
     if not plan.effects.tinted_shadows:
         return free
     object = tables.shapes.object_at(occluder)

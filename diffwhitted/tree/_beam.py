@@ -37,7 +37,7 @@ from ..numerics._coverage import Linear, is_cut, ramp
 from ..numerics._safe import normalise, safe_divide
 from ..numerics._stage import always, packed, stage
 from ..numerics._vector import Vec3, dot, where
-from ..optics import Turn, refraction_radicand, turn_at
+from ..optics import Turn, refraction_radicand, sine_squared, turn_at
 from ._arrival import MIRROR, PAST, TOTAL, TRANSMITTED, Arrival, Beam
 from ._plan import Plan
 from ._weights import weight_at_rim
@@ -57,7 +57,9 @@ def arriving(
     departure: Departure | None,
     needed: Bool[Array, ""],
 ) -> tuple[Hit, Vec3, Beam]:
-    """Where the part of a pixel that its surface covers meets it: the hit, the direction, and what the footprint is there."""
+    """Where the part of a pixel that its surface covers meets it: the hit, the direction, and what the footprint is
+    there.
+    """
 
     def meet(ray, footprint, primitive, crossing, entering):
         hit = surface_at(shapes, ray, primitive, crossing, entering)
@@ -90,7 +92,8 @@ def radicand(at: Arrival, eta: Float[Array, "n"]) -> Linear:
     """
     cosine = _cosine(at)
     by = 2 * eta * eta * cosine.value
-    square = Linear(refraction_radicand(cosine.value, eta), cosine.across * by, cosine.down * by).within(1.0)
+    value = refraction_radicand(cosine.value, eta, sine_squared(at.direction, at.normal, eta))
+    square = Linear(value, cosine.across * by, cosine.down * by).within(1.0)
     returns, level = ~at.entering & (at.beam.footprint.within == at.primitive), jnp.zeros_like(by)
     return where(returns, Linear(jnp.maximum(square.value, 0), level, level), square)
 
@@ -103,7 +106,9 @@ def is_rim(square: Linear) -> Bool[Array, "n"]:
 def child_beam(
     plan: Plan, at: Arrival, point: SurfacePoint, branch: Int[Array, "n"], factor: Vec3, eta: Float[Array, "n"] | None
 ) -> tuple[Ray, Footprint, Vec3]:
-    """The ray that leaves a parent along a branch, its footprint, and the share of its light that the parent passes on."""
+    """The ray that leaves a parent along a branch, its footprint, and the share of its light that the parent passes
+    on.
+    """
     needed = always(branch)
     turn, special = stage(needed, lambda *a: _turn(plan, *a), at, branch, eta)
     ray, footprint = stage(needed, _turned, at, turn, branch)
@@ -114,7 +119,8 @@ def child_beam(
 
 
 def _kept_small(ray: Ray, footprint: Footprint) -> tuple[Ray, Footprint]:
-    """A pixel whose directions lie further apart than `WIDEST` is lost: what it sees has nothing to do with a linear map.
+    """A pixel whose directions lie further apart than `WIDEST` is lost: what it sees has nothing to do with a linear
+    map.
 
     Its footprint is made smaller, and the ray has no derivative from there on, so that all stays finite.
     """

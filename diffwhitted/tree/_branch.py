@@ -5,7 +5,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from ..geometry import Departure, Footprint, Ray
 from ..numerics._vector import Vec3, dot, lookup, where
-from ..optics import mirrored, refracted, refraction_radicand
+from ..optics import mirrored, refracted, refraction_radicand, sine_squared
 from ..scene import Tables
 from ._arrival import MIRROR, PAST, TOTAL, TRANSMITTED, Arrival
 from ._beam import child_beam, is_rim, radicand
@@ -17,7 +17,9 @@ from ._weights import weighed_point, weight
 def branches(
     tables: Tables, plan: Plan, at: Arrival
 ) -> tuple[Int[Array, "n"], Bool[Array, "n"], Bool[Array, "n"] | None]:
-    """The mirror child (0 for none, else MIRROR or TOTAL), whether there is a transmitted one, and one that runs past."""
+    """The mirror child (0 for none, else MIRROR or TOTAL), whether there is a transmitted one, and one that runs
+    past.
+    """
     there, material = at.object >= 0, material_at(tables, at.object)
     past = None if at.beam is None else there & (at.beam.edge.share < 1)
     mirror = jnp.zeros(there.shape, jnp.int32)
@@ -36,7 +38,9 @@ def branches(
 def child(
     tables: Tables, plan: Plan, at: Arrival, branch: Int[Array, "n"], needed
 ) -> tuple[Ray, Footprint | None, Vec3]:
-    """The ray that leaves a parent along a branch, its footprint, and the part of its light that the parent passes on."""
+    """The ray that leaves a parent along a branch, its footprint, and the part of its light that the parent passes
+    on.
+    """
     point = weighed_point(tables, plan, at, needed)
     factor, bend = weight(plan, point, branch), point.eta if plan.effects.refraction else None
     if at.beam is not None:
@@ -73,5 +77,7 @@ def _total_reflection(tables: Tables, at: Arrival) -> tuple[Bool[Array, "n"], Bo
         square = radicand(at, eta(tables, at))
         rim, past = is_rim(square), square.value < 0
         return past | rim, past & ~rim
-    past = refraction_radicand(-dot(at.normal, at.direction), eta(tables, at)) < 0
+    bend = eta(tables, at)
+    sine = sine_squared(at.direction, at.normal, bend)
+    past = refraction_radicand(-dot(at.normal, at.direction), bend, sine) < 0
     return past, past

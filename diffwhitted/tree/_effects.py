@@ -2,8 +2,8 @@
 
 An effect that is off is not compiled. An effect is on when some coefficient calls for it: because its value
 is not zero, because a fit leaves it free, or because it is traced by `jit`, `grad` or `vmap` and so may be
-anything. A new effect is a row: what calls for it, what it cannot do without, and what it adds to the light of a point or
-to the weights of its branches.
+anything. A new effect is a row: what calls for it, what it cannot do without, and what it adds to the light of a
+point or to the weights of its branches.
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -188,7 +188,8 @@ EFFECTS: tuple[Effect, ...] = (
     Effect("diffuse", _with("k_d"), "no object has k_d > 0", forbidden=_dark),
     Effect("highlight", _with("k_h"), "no object has k_h > 0 with a highlight", forbidden=_dark),
     Effect("shadows", _caster, "no object can stand between a point and a light", LIT, _no_shadows),
-    Effect("tinted_shadows", _with("k_t"), "no object has k_t > 0", (("shadows",), "no shadow ray is cast"), _not_tinted),
+    Effect("tinted_shadows", _with("k_t"), "no object has k_t > 0", (("shadows",), "no shadow ray is cast"),
+           _not_tinted),
     Effect("reflection", _with("k_s"), "no object has k_s > 0", forbidden=_flat),
     Effect("refraction", _with("k_t"), "no object has k_t > 0", forbidden=_flat),
     Effect("total_internal_reflection", _denser, "every transparent object has index 1", BENT),
@@ -225,7 +226,9 @@ def including_effect(row: Effect) -> Iterator[Effect]:
 
 @dataclass(frozen=True)
 class Effects:
-    """Which effects are on; hashable, so that it selects the compiled program. `effects.shadows` asks for one of them."""
+    """Which effects are on; hashable, so that it selects the compiled program. `effects.shadows` asks for one of
+    them.
+    """
 
     on: frozenset[str]
 

@@ -1,8 +1,9 @@
 """The film of a pass under a user's own `jit`, where nothing is known of its rays: right at any number of them.
 
-The samples are taken in windows, and a window whose tree outgrows the plan's room is halved and taken again. So the room
-is that of a likely tree, not of the worst one, and time and memory follow the rays that there are. Without derivatives
-the light is added up while the tree is followed; with them each window is recorded, and replayed along or backwards.
+The samples are taken in windows, and a window whose tree outgrows the plan's room is halved and taken again. So the
+room is that of a likely tree, not of the worst one, and time and memory follow the rays that there are. Without
+derivatives the light is added up while the tree is followed; with them each window is recorded, and replayed along or
+backwards.
 """
 
 from collections.abc import Callable

@@ -32,7 +32,9 @@ MOST_PIXELS_A_PASS = 160 * 1024
 FEWEST_PIXELS_A_PASS = 2**14
 """A picture smaller than two of these is one pass; a larger one has a pass for each processor, or more."""
 PAGE = 1024
-"""Arrays of so many numbers, or a multiple, begin at the same places of the cache and drive each other out (measured: up to twice the time)."""
+"""Arrays of so many numbers, or a multiple, begin at the same places of the cache and drive each other out (measured:
+up to twice the time).
+"""
 PIXELS_UNDER_JIT = 80 * 1024
 """Of a pass whose rays nobody has counted: its room is cleared in memory that is fetched anew, which takes time."""
 LARGEST_TREE = 2**18
@@ -75,8 +77,9 @@ class Plan:
     zero_weights: bool
     """A branch that weighs nothing may be followed, for the derivative in its weight."""
     at_work: tuple[str, ...]
-    """k_s and k_t, by the names of their materials, that were not zero or free when it was made: their branches are followed
-    whatever they are now. Not read by programs: see `program`."""
+    """k_s and k_t, by the names of their materials, that were not zero or free when it was made: their branches are
+    followed whatever they are now. Not read by programs: see `program`.
+    """
     picture: tuple[int, int]
     """Width and height in pixels."""
     passes: int
@@ -156,7 +159,8 @@ def make_plan(
     pass_of: int = MOST_PIXELS_A_PASS,
     block_of: int | None = None,
 ) -> Plan:
-    """Plan the rendering of a scene by a camera, in passes of at most `pass_of` pixels and blocks of at most `block_of` rays.
+    """Plan the rendering of a scene by a camera, in passes of at most `pass_of` pixels and blocks of at most
+    `block_of` rays.
 
     `free` names coefficients ("glass.k_s") whose derivative is wanted although they may be zero now: they
     keep their effect. `capacity` is the room for rays other than camera rays in one pass; without it
@@ -199,7 +203,7 @@ def make_plan(
 
 
 def points_only(scene: Scene) -> str | None:
-    """What in the scene states no silhouette or no mean over a footprint, so that only points can be traced; or None."""
+    """What in the scene states no silhouette or no mean over a footprint, so that points alone are traced; or None."""
     for thing in scene.objects:
         if not thing.FAMILY.FOOTPRINT:
             return f"object {thing.name!r} ({thing.TYPE})"
@@ -209,13 +213,16 @@ def points_only(scene: Scene) -> str | None:
 
 
 def _trees_or_points(scene: Scene, footprint: int) -> tuple[int, int]:
-    """Filtered trees along the side of a pixel, or points where something in the scene knows no footprint, with a note."""
+    """Filtered trees along the side of a pixel, or points where something in the scene knows no footprint, with a
+    note.
+    """
     check_footprint(footprint, "")
     if not footprint or (what := points_only(scene)) is None:
         return footprint, 1
     points = POINTS * footprint
     warnings.warn(
-        f"{what} knows points only, so {points} x {points} points a pixel are traced in place of footprint = {footprint}",
+        f"{what} knows points only, so {points} x {points} points a pixel are traced in place of footprint = "
+        f"{footprint}",
         SceneNote,
         stacklevel=2,
     )
@@ -243,7 +250,9 @@ def likely_room(camera: Camera, pass_of: int = MOST_PIXELS_A_PASS) -> int:
 
 
 def _split(pixels: int, pass_of: int, most: int) -> tuple[int, int, int]:
-    """Passes of at most `pass_of` pixels, camera rays a pass, and rays a block of at most `most`, with little left over."""
+    """Passes of at most `pass_of` pixels, camera rays a pass, and rays a block of at most `most`, with little left
+    over.
+    """
     passes = max(ceil(pixels / pass_of), min(processors(), pixels // FEWEST_PIXELS_A_PASS), 1)
     if passes > 1:
         passes = ceil(passes / processors()) * processors()

@@ -7,6 +7,7 @@ that exist. What a ray gets from its children stands at its place by the time th
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -25,7 +26,7 @@ from ._retrace import Given, State, block_of, blocks_there, masked, parents_of, 
 class Varied:
     """Which of the arrays that a tree depends on have a derivative at all."""
 
-    structure: jax.tree_util.PyTreeDef
+    structure: Any
     numbers: tuple[int, ...]
     """Of the leaves of `Given`."""
     rays_move: bool

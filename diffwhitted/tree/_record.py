@@ -181,8 +181,9 @@ def _follow(
 
 
 def _meets(tables: Tables, ray: Ray, footprint: Footprint | None, departure: Departure, needed):
-    """The surface that each ray meets, its crossing and, where rays have a footprint, its side and whether its silhouette cuts
-    the pixel."""
+    """The surface that each ray meets, its crossing and, where rays have a footprint, its side and whether its
+    silhouette cuts the pixel.
+    """
     _, primitive, crossing = stage(needed, lambda *a: nearest(tables.shapes, *a), ray, departure)
     if footprint is None:
         return primitive, crossing, None, None

@@ -81,7 +81,9 @@ def trace(
 def trace_left_out(
     tables: Tables, camera: Camera, plan: Plan, samples: Samples, beyond: Beyond
 ) -> tuple[Vec3, Int[Array, ""]]:
-    """Of what `trace` gives with `beyond` only what is left out, and the number of descendants. `plan` must weigh its rays: have a cutoff."""
+    """Of what `trace` gives with `beyond` only what is left out, and the number of descendants. `plan` must weigh its
+    rays: have a cutoff.
+    """
     tree, (_, left) = follow(tables, camera, plan, samples, beyond=beyond)
     return left, tree.descendants
 
@@ -89,7 +91,9 @@ def trace_left_out(
 def trace_beside_small(
     tables: Tables, camera: Camera, plan: Plan, samples: Samples
 ) -> tuple[Vec3, Vec3, Int[Array, ""]]:
-    """What `trace` gives, and between the two how much light comes along rays that pass by something smaller than their distance."""
+    """What `trace` gives, and between the two how much light comes along rays that pass by something smaller than
+    their distance.
+    """
     apart = samples.side * camera.pixel_angle()
 
     def both(nodes: Nodes, ray: Ray, at: Arrival, needed):

@@ -1,7 +1,7 @@
 """What each light sees of the points where rays arrive: recorded once, without derivatives.
 
-Lights of one structure are stacked (see `Tables.lights`); a loop over them asks one after the other, so that many lights
-make no larger program than two.
+Lights of one structure are stacked (see `Tables.lights`); a loop over them asks one after the other, so that many
+lights make no larger program than two.
 """
 
 from collections.abc import Callable
@@ -25,13 +25,13 @@ MOST_SHADING = 1
 
 
 class Seen(eqx.Module):
-    """What a group of lights sees of points; the first axis of each array is that of the lights."""
+    """What a group of lights sees of points; the first axis of each array is that of the lights, where there is one."""
 
-    visible: Bool[Array, "lights n"]
+    visible: Bool[Array, "*lights n"]
     """Nothing that blocks light in between."""
-    crossed: tuple[Int[Array, "lights n"], ...]
+    crossed: tuple[Int[Array, "*lights n"], ...]
     """For each transparent material: its surfaces in between, where shadows are tinted."""
-    shading: tuple[Int[Array, "lights n"], ...]
+    shading: tuple[Int[Array, "*lights n"], ...]
     """The surfaces that occlude part of the light from the footprint, -1 for none; empty for points."""
 
 
@@ -77,7 +77,9 @@ def _seen(tables: Tables, plan: Plan, at: Arrival, light: AbstractLight, blocks,
 def _in_part(
     tables: Tables, light: AbstractLight, ray: Ray, at: Arrival, departure: Departure, distance, blocks, sees, needed
 ):
-    """Does some of the footprint see the light past all that occludes the whole of it, and which surfaces occlude it in part?"""
+    """Does some of the footprint see the light past all that occludes the whole of it, and which surfaces occlude it
+    in part?
+    """
     shapes, footprint = tables.shapes, at.beam.footprint
 
     def near(ray, footprint):

@@ -32,8 +32,9 @@ def followed(
 ) -> Children:
     """Those of the children that are followed. What runs past a silhouette is no deeper than its parent, and always is.
 
-    A branch that weighs nothing is followed for the derivative in its weight, but not where its parent carries nothing either:
-    no first derivative comes from there. With `lit`, where no derivative is asked for, it ends the tree.
+    A branch that weighs nothing is followed for the derivative in its weight, but not where its parent carries
+    nothing either: no first derivative comes from there. With `lit`, where no derivative is asked for, it ends the
+    tree.
     """
     mirror, through, past = children
     deeper = level < (plan.max_depth if tables.max_depth is None else tables.max_depth)

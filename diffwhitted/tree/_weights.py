@@ -1,8 +1,8 @@
 """What part of a child's light its parent passes on.
 
-The mirror ray carries k_s, the transmitted one k_t, and the ray of total internal reflection all of it (Whitted (2)). An
-effect that changes this (see `_effects`) knows the whole point: the angle of incidence, the way that the light has come, the
-indices on both sides.
+The mirror ray carries k_s, the transmitted one k_t, and the ray of total internal reflection all of it (Whitted (2)).
+An effect that changes this (see `_effects`) knows the whole point: the angle of incidence, the way that the light has
+come, the indices on both sides.
 """
 
 import jax.numpy as jnp
@@ -44,7 +44,8 @@ def weight_at_rim(
 ) -> Vec3:
     """The weight where total internal reflection begins within the pixel, `before` of which lies before it.
 
-    What is transmitted comes from there alone. The k_s of the light before the rim goes along with what is totally reflected.
+    What is transmitted comes from there alone. The k_s of the light before the rim goes along with what is totally
+    reflected.
     """
     factor = where(branch == TRANSMITTED, factor * before, factor)
     if not plan.total_reflection_is_full:

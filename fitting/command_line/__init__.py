@@ -5,7 +5,9 @@ one message on stderr and an exit code; there is never a traceback.
 """
 
 import sys
+import warnings
 from collections.abc import Sequence
+from functools import partial
 from typing import Annotated, Any
 
 import typer
@@ -68,10 +70,20 @@ def version_line() -> str:
         return "diffwhitted, run from its source"
 
 
+def _noted(otherwise, message, category, *where, **how) -> None:
+    """Show a warning of ours as a note, and any other as Python does."""
+    if category.__module__.partition(".")[0] in ("diffwhitted", "fitting"):
+        say(f"note: {message}", file=sys.stderr)
+    else:
+        otherwise(message, category, *where, **how)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command line (`sys.argv[1:]` by default) and return its exit code."""
     try:
-        code = app(args=None if arguments is None else list(arguments), prog_name="diffwhitted", standalone_mode=False)
+        with warnings.catch_warnings():
+            warnings.showwarning = partial(_noted, warnings.showwarning)
+            code = app(None if arguments is None else list(arguments), prog_name="diffwhitted", standalone_mode=False)
         sys.stdout.flush()
     except USAGE_ERROR as error:
         command = error.ctx.command_path if error.ctx else "diffwhitted"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fitting import FitStep
@@ -13,7 +13,7 @@ ENOUGH_TO_TELL = 0.2
 """The part of the work after which the time that is left is foretold."""
 
 
-def say(text: str, *, file: TextIO | None = None) -> None:
+def say(text: str, *, file: Any | None = None) -> None:
     """Print a line that may hold names of files."""
     print(safe(text), file=file)
 

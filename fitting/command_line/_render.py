@@ -161,8 +161,10 @@ def rendered(scene: Scene, camera: Camera, depth: int | None, samples: int, foot
 
     from diffwhitted.rendering._passes import lowered_pass, traced_passes
     from diffwhitted.rendering._radiance_bound import most_beyond
+    from diffwhitted.scene import near
     from diffwhitted.tree import likely_room, make_plan
 
+    scene, camera = near(scene, camera)
     plan = make_plan(scene, camera, max_depth=depth, capacity=likely_room(camera), footprint=footprint)
     beyond, compiling = most_beyond(scene, camera, plan) if plan.effects.cutoff else None, 0.0
     while True:

@@ -85,14 +85,15 @@ def tradeoff(
       diffwhitted tradeoff scene.toml --width 160 --free "glass.k_*" --free mirror.k_s --out accuracy
 
     Every knob is swept, alone and in the combinations that may be useful; errors are against a reference of far more
-    rays, which is stated with its own convergence. "Left out, at most" is a certain bound: no channel of a pixel would be brighter by
-    more if depth and cutoff ended no branch of its samples. Takes a minute or so at 320 x 240, more for larger pictures.
+    rays, which is stated with its own convergence. "Left out, at most" is a certain bound: no channel of a pixel
+    would be brighter by more if depth and cutoff ended no branch of its samples. Takes a minute or so at 320 x 240,
+    more for larger pictures.
 
-    With --free the scene's own coefficients are the truth: fits look for them in the reference picture, from the middle of their
-    bounds, with each depth, cutoff, number of samples and footprint. Their errors come from what those settings show falsely. Every
-    setting compiles a program of its own, so the first time takes some minutes more. The other
-    commands render with what is found by --depth, --cutoff, --samples and --footprint, or find it for themselves by render
-    --tolerance.
+    With --free the scene's own coefficients are the truth: fits look for them in the reference picture, from the
+    middle of their bounds, with each depth, cutoff, number of samples and footprint. Their errors come from what
+    those settings show falsely. Every setting compiles a program of its own, so the first time takes some minutes
+    more. The other commands render with what is found by --depth, --cutoff, --samples and --footprint, or find it for
+    themselves by render --tolerance.
     """
     set_up("float64")
     with Progress("reading", quiet=quiet) as progress:
@@ -211,7 +212,8 @@ def print_fits(found: FitTradeoff) -> None:
 
     say(
         textwrap.fill(
-            f"Fits of {', '.join(found.start)}; medians of {found.rounds} runs, {found.seconds_compile:.0f} s of compiling",
+            f"Fits of {', '.join(found.start)}; medians of {found.rounds} runs, {found.seconds_compile:.0f} s of "
+            "compiling",
             80,
         )
     )
@@ -226,7 +228,10 @@ def print_fits(found: FitTradeoff) -> None:
     console = Console(highlight=False)
     console.print("", table, sep="\n")
     if hidden := len(found.points) - len(shown):
-        text = f"{hidden} more fits were measured: beaten by one of these, better by less than a fifth, or without an answer."
+        text = (
+            f"{hidden} more fits were measured: beaten by one of these, better by less than a fifth, or "
+            "without an answer."
+        )
         say("\n" + textwrap.fill(text, 80))
 
 

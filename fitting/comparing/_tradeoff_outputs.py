@@ -25,8 +25,8 @@ def write_tradeoff(
     """Write `tradeoff.json`, `tradeoff.csv` and `tradeoff.png`, of fits `tradeoff-fit.csv` and `tradeoff-fit.png`,
     and last `tradeoff.html`.
 
-    Returns their paths. The folder is made if it is missing, and files of these names in it are replaced. Raises `OutputError`
-    where something cannot be written (see `write_together`).
+    Returns their paths. The folder is made if it is missing, and files of these names in it are replaced. Raises
+    `OutputError` where something cannot be written (see `write_together`).
     """
     jobs: dict[str, Callable[[Path], object]] = {
         "tradeoff.json": lambda path: path.write_text(

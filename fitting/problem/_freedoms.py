@@ -73,7 +73,9 @@ def read(scene: Scene, parameter: Parameter, other: Scene) -> np.ndarray:
     return value.reshape(-1)
 
 
-def moved(scene: Scene, other: Scene, parameter: Parameter, numbers: Sequence[int], values: Float[Array, "k"]) -> Array:
+def moved(
+    scene: Scene, other: Scene, parameter: Parameter, numbers: Sequence[int], values: Float[Array | np.ndarray, "k"]
+) -> Array | np.ndarray:
     """The value of a parameter in `other` with those of its unknowns that are numbered; differentiable in the values.
 
     `scene` is the one from which angles and moves are counted.

@@ -19,6 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from diffwhitted.numerics._kept import kept
 from diffwhitted.numerics._workers import side_by_side
 from diffwhitted.scene import Scene, tabulate
 from diffwhitted.tree import Record, record, replay
@@ -135,7 +136,7 @@ def _with_room(program, scene: Scene, unknowns: tuple[Unknown, ...], values, par
         part = replace(part, plan=part.plan.with_capacity(2 * int(needed)))
 
 
-@eqx.filter_jit
+@kept
 def part_factor(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array, "p"], part: Part):
     """The triangular factor of [J r] of one part, its rendered pixels (3, pixels), and the room for rays that it
     needs.
@@ -144,7 +145,7 @@ def part_factor(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array
     return _triangular(rows.reshape(len(unknowns) + 1, -1)), seen, needed
 
 
-@eqx.filter_jit
+@kept
 def part_rows(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array, "p"], part: Part):
     """The rows [J r] of one part, (p + 1, 3, pixels), its rendered pixels, and the room for rays that it needs."""
     trees = part.trees if part.trees is not None else record_part(scene, unknowns, values, part)
@@ -154,7 +155,7 @@ def part_rows(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array, 
     return rows, seen, trees.descendants.max()
 
 
-@eqx.filter_jit
+@kept
 def record_part(scene: Scene, unknowns: tuple[Unknown, ...], values, part: Part) -> Record:
     """The trees of a part at these coefficients, one a sample.
 
@@ -199,7 +200,7 @@ def _value_and_columns(fn, values: Float[Array, "p"]):
     return jax.vmap(along, out_axes=(None, 0))(jnp.eye(values.size, dtype=values.dtype))
 
 
-@eqx.filter_jit
+@kept
 def _triangular(rows: Float[Array, "columns rows"]) -> Float[Array, "columns columns"]:
     """R of the QR factors of the transpose, by blocks of rows that fit the cache."""
     columns, count = rows.shape

@@ -21,6 +21,8 @@ import numpy as np
 import optimistix as optx
 from jaxtyping import Array, Float
 
+from diffwhitted.numerics._kept import kept
+
 from .._result import FitStage, FitStep
 from ..judging._rest import ON_THE_BOUND, next_step
 from ..problem._problem import Problem, factorise
@@ -202,14 +204,14 @@ def _method(dtype) -> optx.LevenbergMarquardt:
 _OPTIONS, _TAGS = {"jac": "bwd"}, frozenset()
 
 
-@eqx.filter_jit
+@kept
 def first_state(method, x: Float[Array, "p"]):
     """The solver's state before its first step."""
     nothing = _flat(x)
     return method.init(nothing, x, None, _OPTIONS, jax.eval_shape(lambda: nothing.residual), None, _TAGS)
 
 
-@eqx.filter_jit
+@kept
 def advance(method, x: Float[Array, "p"], state, model: LinearModel):
     """One step with the model at the point that the state asks for: the best point, the new state, and whether it
     ended.

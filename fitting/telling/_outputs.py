@@ -41,7 +41,8 @@ def write_outputs(
 ) -> list[Path]:
     """Writes `result.json`, `fitted.toml`, `render.exr`, `residual.exr` and `report.html`.
 
-    Where `result.json` stands, all of them stand and are of one fit, whenever the program is ended (see `write_together`).
+    Where `result.json` stands, all of them stand and are of one fit, whenever the program is ended (see
+    `write_together`).
 
     With several views the pictures carry the camera's name: `render_left.exr`. Pictures are linear
     Rec. 709; the residual is `render - target`, 0 outside the mask.
@@ -82,8 +83,9 @@ def write_outputs(
 def write_together(folder: Path, jobs: Mapping[str, Callable[[Path], Any]], last: str) -> list[Path]:
     """Writes the files of a folder so that, whenever the program is ended, all are of one run where `last` stands.
 
-    All are made in the folder `unfinished` within it. Then `last` is taken away, the others are renamed to their places,
-    and `last` at the end. Where something fails, what was made so far stays in `unfinished`, which the next run replaces.
+    All are made in the folder `unfinished` within it. Then `last` is taken away, the others are renamed to their
+    places, and `last` at the end. Where something fails, what was made so far stays in `unfinished`, which the next
+    run replaces.
 
     Returns the paths in the order of `jobs`. Raises `OutputError`.
     """

@@ -116,7 +116,7 @@ def _descend(loc: tuple, document: dict, schema: dict):
             continue
         path.append(part)
         known = node["type"] == "array" or part in node["properties"]
-        value = value[part] if not isinstance(value, dict) or part in value else None
+        value = value.get(part) if isinstance(value, dict) else value and value[part]
         if not known:
             break
         node = _resolved(node["items"] if node["type"] == "array" else node["properties"][part], schema)

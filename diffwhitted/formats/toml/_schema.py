@@ -1,8 +1,8 @@
 """The scene file as models: which keys there are, and of what kind.
 
-Keys are the rows of the records in `diffwhitted.scene` and `diffwhitted.shapes`, kind by kind from their registries, so that
-one pair of methods reads and writes every entry. The models check the kind and length of what a file says; whether a value is
-allowed is for the records to say, and the limits here serve the exported JSON Schema.
+Keys are the rows of the records in `diffwhitted.scene` and `diffwhitted.shapes`, kind by kind from their registries,
+so that one pair of methods reads and writes every entry. The models check the kind and length of what a file says;
+whether a value is allowed is for the records to say, and the limits here serve the exported JSON Schema.
 """
 
 import functools
@@ -69,7 +69,8 @@ class Entry(BaseModel):
                 f"{place}: {field} = {largest:g} is too large for {dtype.name}; allowed is up to "
                 f"{np.finfo(dtype).max:.3g}. Write the scene in a larger unit, or read it as float64"
             )
-        return array
+        # With all the digits of the file: the scene decides on the precision.
+        return np.asarray(value, np.float64)
 
     @classmethod
     def plain(cls, record, **stated) -> dict:

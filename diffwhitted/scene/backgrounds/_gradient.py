@@ -2,6 +2,7 @@
 
 from typing import ClassVar
 
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -31,7 +32,7 @@ class GradientBackground(AbstractBackground):
             require(lambda c: (c >= 0).all(), place, "background.gradient", colour, ">= 0")
 
     def seen(self, direction: Vec3) -> Vec3:
-        height = 0.5 * (1 + direction.y)
+        height = jnp.clip(0.5 * (1 + direction.y), 0, 1)
         return vec3(self.bottom) * (1 - height) + vec3(self.top) * height
 
     def brightest(self) -> np.ndarray:

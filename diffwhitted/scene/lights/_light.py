@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ...numerics._vector import Vec3
-from ...records import Row
+from ...records import Row, moved
 
 
 class AbstractLight(eqx.Module):
@@ -24,8 +24,9 @@ class AbstractLight(eqx.Module):
 
     @abstractmethod
     def arriving(self, point: Vec3) -> tuple[Vec3, Float[Array, "*n"], Vec3]:
-        """Unit direction to the light, its distance (metres, infinite for one at infinity), and the colour that arrives unless
-        occluded; differentiable."""
+        """Unit direction to the light, its distance (metres, infinite for one at infinity), and the colour that
+        arrives unless occluded; differentiable.
+        """
 
     def brightest(self) -> np.ndarray:
         """The most light that may arrive anywhere, (3,), linear RGB; infinite where none is known."""
@@ -34,6 +35,10 @@ class AbstractLight(eqx.Module):
     def place(self) -> np.ndarray | None:
         """Where it stands, (3,) in metres; None for one that stands outside of everything or at no one place."""
         return None
+
+    def moved(self, by: np.ndarray) -> "AbstractLight":
+        """The same, moved by so many metres, (3,). By default the rows of vectors in metres are its places."""
+        return moved(self, by)
 
     @property
     def outside(self) -> bool:

@@ -3,11 +3,12 @@
 from typing import ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ...numerics._safe import length, normalise, safe_divide
+from ...numerics._safe import length, normalise, rescaled
 from ...numerics._vector import Vec3, vec3
 from ...records import Row, read_rows
 from ._light import COLOUR, AbstractLight
@@ -24,8 +25,9 @@ class PointLight(AbstractLight):
     ROWS: ClassVar[tuple[Row, ...]] = (
         Row("position", "vector", "Where the light is, metres.", unit="m", scale="unbounded", moves="shadows"),
         COLOUR,
-        Row("attenuation", "vector", "a0, a1 (1/m), a2 (1/m^2): the colour is multiplied by min(1, 1 / (a0 + a1 d + a2 d^2)); "
-            "no fade without it.", default=None, lowest=0, nonzero=True, parts=("a0", "a1", "a2")),
+        Row("attenuation", "vector", "a0, a1 (1/m), a2 (1/m^2): the colour is multiplied by "
+            "min(1, 1 / (a0 + a1 d + a2 d^2)); no fade without it.", default=None, lowest=0, nonzero=True,
+            parts=("a0", "a1", "a2")),
     )  # fmt: skip
 
     position: Float[Array, "3"]
@@ -42,14 +44,11 @@ class PointLight(AbstractLight):
 
         Edge: a point at the light's own position gets a zero direction, hence no light.
         """
-        to_light = vec3(self.position) - point
-        distance = length(to_light)
-        colour = vec3(self.colour)
+        to_light, power = rescaled(vec3(self.position) - point)
+        distance, direction, colour = length(to_light) / power, normalise(to_light), vec3(self.colour)
         if self.attenuation is None:
-            return normalise(to_light), distance, colour
-        a0, a1, a2 = (self.attenuation[..., k] for k in range(3))
-        fade = jnp.minimum(1, safe_divide(1, a0 + a1 * distance + a2 * distance * distance, otherwise=1))
-        return normalise(to_light), distance, colour * fade
+            return direction, distance, colour
+        return direction, distance, colour * _fade(self.attenuation, distance)
 
     def brightest(self) -> np.ndarray:
         return np.asarray(self.colour, np.float64)
@@ -63,3 +62,12 @@ class PointLight(AbstractLight):
 
     def without_fading(self) -> "PointLight":
         return PointLight(self.position, self.colour, name=self.name)
+
+
+def _fade(attenuation: Float[Array, "*n 3"], distance: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    """The attenuation, numerator and denominator divided by a far distance, so that no square of it is formed."""
+    a0, a1, a2 = (attenuation[..., k] for k in range(3))
+    part = 1 / jnp.maximum(jax.lax.stop_gradient(distance), 1)
+    total = a0 * part + (a1 + a2 * distance) * (distance * part)
+    fades = total >= part
+    return jnp.where(fades, part / jnp.where(fades, total, 1), 1)

@@ -10,7 +10,7 @@ from jaxtyping import Array, Bool, Float
 from ..._errors import SceneError
 from ...numerics._coverage import Linear
 from ...numerics._vector import Vec3, vec3, where
-from ...records import Row, number_array, require
+from ...records import Row, changed, is_traced, number_array, require
 from ._square_wave import cell_mean, checker_mean, may_vary
 from ._texture import AbstractTexture
 
@@ -29,6 +29,8 @@ class Checker(AbstractTexture):
 
     colours: Float[Array, "2 3"]
     size: Float[Array, ""]
+    corner: Float[Array, "3"]
+    """Where cells meet: the origin, unless the pattern was moved (less than two cells, after which it repeats)."""
     axes: str = eqx.field(static=True)
 
     def __init__(self, colours, size=1.0, axes: str = "xyz", place: str = "texture"):
@@ -39,10 +41,16 @@ class Checker(AbstractTexture):
         if not axes or len(set(axes)) != len(axes) or set(axes) - set("xyz"):
             raise SceneError(f'{place}: axes = {axes!r}; allowed are some of the letters x, y, z, such as "xz"')
         self.axes = axes
+        self.corner = number_array((0.0, 0.0, 0.0), place, "corner", ((3,),))
+
+    def moved(self, by: np.ndarray) -> "Checker":
+        """The pattern moved by so many metres, less the whole periods, while the size is known in float64."""
+        period = 2 * self.size if is_traced(self.size) else 2 * np.asarray(self.size, np.float64)
+        return changed(self, corner=(self.corner + by) % period)
 
     def at(self, point: Vec3) -> Vec3:
         """Linear RGB at the points. The derivative in the point is 0 (an edge has no width here)."""
-        cells = sum(jnp.floor(getattr(point, axis) / self.size) for axis in self.axes)
+        cells = sum(jnp.floor(along / self.size) for along in self._along_axes(point - self._corner()))
         even = cells - 2 * jnp.floor(cells / 2) == 0
         return where(even, *self._two())
 
@@ -55,8 +63,9 @@ class Checker(AbstractTexture):
         return self._mixed(cell_mean(self._waves(point, steps)))
 
     def mean_in_perspective(self, point: Vec3, steps: tuple[Vec3, Vec3], slant) -> Vec3:
-        """Linear RGB, averaged over the pixel in which the point is (steps_u u + steps_v v) / (1 + slant_u u + slant_v v)
-        away from its middle, u and v from -1/2 to 1/2."""
+        """Linear RGB, averaged over the pixel in which the point is (steps_u u + steps_v v) / (1 + slant_u u +
+        slant_v v) away from its middle, u and v from -1/2 to 1/2.
+        """
         return self._mixed(checker_mean(self._waves(point, steps), slant))
 
     def varies(self, point: Vec3, steps: tuple[Vec3, Vec3], slant) -> tuple[Bool[Array, "*n"], Bool[Array, "*n"]]:
@@ -72,7 +81,14 @@ class Checker(AbstractTexture):
         return vec3(self.colours[..., 0, :]), vec3(self.colours[..., 1, :])
 
     def _waves(self, point: Vec3, steps: tuple[Vec3, Vec3]) -> list[Linear]:
-        return [Linear(*(getattr(v, axis) / self.size for v in (point, *steps))) for axis in self.axes]
+        vectors = zip(*(self._along_axes(v) for v in (point - self._corner(), *steps)), strict=True)
+        return [Linear(*(along / self.size for along in axis)) for axis in vectors]
+
+    def _along_axes(self, vector: Vec3) -> list:
+        return [getattr(vector, axis) for axis in self.axes]
+
+    def _corner(self) -> Vec3:
+        return vec3(self.corner)
 
 
 Texture = Checker

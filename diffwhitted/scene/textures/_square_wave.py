@@ -42,7 +42,8 @@ def cell_mean(waves: list[Linear]) -> Float[Array, "*n"]:
 
 
 def checker_mean(waves: list[Linear], slant) -> Float[Array, "*n"]:
-    """The mean of the product of the waves, whose arguments are linear over the pixel, divided by 1 + slant_u u + slant_v v.
+    """The mean of the product of the waves, whose arguments are linear over the pixel, divided by 1 + slant_u u +
+    slant_v v.
 
     Strip by strip, each to first order about its own middle.
     """

@@ -15,8 +15,8 @@ from ...records import Row
 class AbstractTexture(eqx.Module):
     """A pattern. A new kind states `TYPE`, `ROWS`, `at`, and its fields with their checks.
 
-    Textures of one kind are stacked; for each ray the one that it needs is looked up, so all fields have the shape of one
-    texture with the rays as a leading axis.
+    Textures of one kind are stacked; for each ray the one that it needs is looked up, so all fields have the shape of
+    one texture with the rays as a leading axis.
     """
 
     TYPE: ClassVar[str]
@@ -29,6 +29,10 @@ class AbstractTexture(eqx.Module):
     def at(self, point: Vec3) -> Vec3:
         """Linear RGB at the points (in metres, in the frame of the scene); differentiable."""
 
+    def moved(self, by: np.ndarray) -> "AbstractTexture":
+        """The pattern moved by so many metres, (3,); itself where it does not depend on where the origin is."""
+        return self
+
     def brightest(self) -> np.ndarray:
         """The most in each channel, (3,); infinite where none is known."""
         return np.full(3, np.inf)
@@ -38,8 +42,9 @@ class AbstractTexture(eqx.Module):
         return self.at(point)
 
     def mean_in_perspective(self, point: Vec3, steps: tuple[Vec3, Vec3], slant) -> Vec3:
-        """Linear RGB, averaged over the pixel in which the point is (steps_u u + steps_v v) / (1 + slant_u u + slant_v v)
-        away from its middle, u and v from -1/2 to 1/2."""
+        """Linear RGB, averaged over the pixel in which the point is (steps_u u + steps_v v) / (1 + slant_u u +
+        slant_v v) away from its middle, u and v from -1/2 to 1/2.
+        """
         return self.at(point)
 
     def varies(
