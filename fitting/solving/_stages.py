@@ -59,7 +59,9 @@ def stages_of(problem: Problem, targets: tuple[CheckedTarget, ...], coarse_to_fi
     moving, found = problem.moves, []
     camera = problem.scene.cameras[problem.views[0].parts[0].camera]
     fewest = min(view.weight.size for view in problem.views)
-    for blur in blurs(camera.width, camera.height)[:-1] if moving else ():
+    # Blur what edges tell; light and shadow tell of a light from far enough (measured: a blur leads away from it).
+    blurred = any(u.row.moves in ("rays", "patterns") for u in problem.unknowns)
+    for blur in blurs(camera.width, camera.height)[:-1] if blurred else ():
         step = _step(fewest, blur) if coarse_to_fine else 1
         squares = f"squares of {step} x {step} pixels, " if step > 1 else ""
         found.append(
@@ -123,9 +125,8 @@ def run(
             point = best_of(stage.problem, point, stage.blur)
         solution = solved(stage, point, max_steps, since, boldness)
         point = solution.values if stage.whole or stage.blur else off_bound(solution.values, stage.problem.unknowns)
-        boldness = (
-            None if stage.blur else solution.boldness
-        )  # of sharp residuals alone: those of a stage before are the same, but fewer
+        # Go on as bold as before on sharp residuals, but not as timid as where steps were refused to the end.
+        boldness = solution.boldness if not stage.blur and solution.history[-1].accepted else None
         if solution.interrupted:
             break
     if not stage.whole:
