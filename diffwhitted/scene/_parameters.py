@@ -267,6 +267,6 @@ def _no_material(scene: Scene, name: str) -> Any:
 
 def _check(record, place: str) -> None:
     """Make the record anew, for the checks that concern several of its fields."""
-    stated = {field.name: getattr(record, field.name) for field in fields(record)}
     takes = inspect.signature(type(record).__init__).parameters
+    stated = {field.name: getattr(record, field.name) for field in fields(record) if field.name in takes}
     type(record)(**stated, **({"place": place} if "place" in takes else {}))
