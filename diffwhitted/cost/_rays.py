@@ -36,7 +36,7 @@ class RayCounts:
     """The first entry counts the camera rays, the last the deepest rays that there are."""
     by_kind: dict[str, int]
     """"camera", "mirror" (weighted by k_s), "transmitted" (k_t), "total" (total internal reflection), "past"
-    (what an object's outline leaves of a pixel, where rays have a footprint)."""
+    (what an object's silhouette leaves of a pixel, where rays have a footprint)."""
     background: int
     """Of these, the rays that met nothing."""
     shadow: int

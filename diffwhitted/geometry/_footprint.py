@@ -45,10 +45,10 @@ class Footprint(eqx.Module):
 
 
 class Edge(eqx.Module):
-    """The outline of an object through a pixel: the share that it covers, and where."""
+    """The silhouette of an object through a pixel: how much of it is covered, and where."""
 
-    share: Float[Array, "*n"]
-    """Covered; 1 where no edge is."""
+    coverage: Float[Array, "*n"]
+    """Of the pixel; 1 where no edge is."""
     across: Float[Array, "*n"]
     down: Float[Array, "*n"]
     """The unit vector in the pixel towards the covered side; zero where no edge is."""
@@ -56,28 +56,28 @@ class Edge(eqx.Module):
     """From the middle of the pixel to the middle of the covered part, along that vector."""
 
 
-def edge_of(outline: Linear, here: Bool[Array, "*n"]) -> Edge:
-    """The edge of an outline (positive on the object) where one is `here`."""
-    outline = Linear(
+def edge_of(silhouette: Linear, here: Bool[Array, "*n"]) -> Edge:
+    """The edge of a silhouette (positive on the object) where one is `here`."""
+    silhouette = Linear(
         *(
             jnp.where(here, a, b)
-            for a, b in zip((outline.value, outline.across, outline.down), (0.0, 1.0, 0.0), strict=True)
+            for a, b in zip((silhouette.value, silhouette.across, silhouette.down), (0.0, 1.0, 0.0), strict=True)
         )
     )
-    share = jnp.clip(coverage(outline), LEAST_COVERAGE, 1 - LEAST_COVERAGE)
-    steepness_squared = outline.across * outline.across + outline.down * outline.down
+    share = jnp.clip(coverage(silhouette), LEAST_COVERAGE, 1 - LEAST_COVERAGE)
+    steepness_squared = silhouette.across * silhouette.across + silhouette.down * silhouette.down
     steep = steepness_squared > 0
     steepness = jnp.sqrt(jnp.where(steep, steepness_squared, 1))
     here = here & steep
-    shift = (ramp(outline) / share - outline.value) / steepness
+    shift = (ramp(silhouette) / share - silhouette.value) / steepness
     zero = jnp.zeros_like(share)
     return Edge(
         *(
             jnp.where(here, a, b)
             for a, b in (
                 (share, zero + 1),
-                (outline.across / steepness, zero),
-                (outline.down / steepness, zero),
+                (silhouette.across / steepness, zero),
+                (silhouette.down / steepness, zero),
                 (shift, zero),
             )
         )
@@ -86,7 +86,7 @@ def edge_of(outline: Linear, here: Bool[Array, "*n"]) -> Edge:
 
 def covered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprint]:
     """The ray through the middle of the covered part of the pixel, and the footprint of that part."""
-    return part_of(ray, footprint, edge, edge.share, edge.shift)
+    return part_of(ray, footprint, edge, edge.coverage, edge.shift)
 
 
 def uncovered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprint]:
@@ -96,8 +96,8 @@ def uncovered(ray: Ray, footprint: Footprint, edge: Edge) -> tuple[Ray, Footprin
     The middles are `shift` and -`shift` share / (1 - share) from that of the pixel, which is `shift` / (1 - share)
     apart; along the edge's direction the covered part changes by `share` of what the whole pixel does.
     """
-    covered_share = jnp.where(edge.share > 0, edge.share, 1)
-    rest = jnp.where(edge.share < 1, 1 - edge.share, 1)
+    covered_share = jnp.where(edge.coverage > 0, edge.coverage, 1)
+    rest = jnp.where(edge.coverage < 1, 1 - edge.coverage, 1)
     return part_of(ray, footprint, edge, rest / covered_share, -edge.shift / (rest * covered_share))
 
 

@@ -112,7 +112,7 @@ def child_beam(
     needed = always(branch)
     turn, special = stage(needed, lambda *a: _turn(plan, *a), at, branch, eta)
     ray, footprint = stage(needed, _turned, at, turn, branch)
-    factor = factor * at.beam.edge.share
+    factor = factor * at.beam.edge.coverage
     whole = ray, footprint, factor
     ray, footprint, factor = packed(special, lambda *a: _special(plan, *a), whole, at, point, branch, factor, eta)
     return *stage(needed, _kept_small, ray, footprint), factor
@@ -163,7 +163,7 @@ def _special(plan: Plan, at: Arrival, point: SurfacePoint, branch, factor: Vec3,
     """A child that runs past its parent's surface, or that leaves it where total reflection begins."""
     here, beside = always(branch), branch == PAST
     past, rest = stage(here, _uncovered, at)
-    left = safe_divide(1 - at.beam.edge.share, at.beam.edge.share)
+    left = safe_divide(1 - at.beam.edge.coverage, at.beam.edge.coverage)
     if not (plan.effects.refraction and plan.effects.total_internal_reflection):
         return past, rest, factor * left
     ray, footprint, before = stage(here, _at_rim, at, branch, eta)
@@ -184,16 +184,16 @@ def _at_rim(at: Arrival, branch, eta) -> tuple[Ray, Footprint, Float[Array, "n"]
     """
     square = radicand(at, eta)
     edge = edge_of(square, is_rim(square))
-    mean = jnp.where(edge.share < 1, ramp(square) / edge.share, square.value)
-    through, total, past = branch == TRANSMITTED, branch == TOTAL, jnp.where(edge.share < 1, 1 - edge.share, 1)
-    kept = jnp.where(through, edge.share, jnp.where(total, past, 1))
-    shift = edge.shift * jnp.where(through, 1, jnp.where(total, -edge.share / past, 0))
+    mean = jnp.where(edge.coverage < 1, ramp(square) / edge.coverage, square.value)
+    through, total, past = branch == TRANSMITTED, branch == TOTAL, jnp.where(edge.coverage < 1, 1 - edge.coverage, 1)
+    kept = jnp.where(through, edge.coverage, jnp.where(total, past, 1))
+    shift = edge.shift * jnp.where(through, 1, jnp.where(total, -edge.coverage / past, 0))
     moved, footprint = part_of(Ray(at.point, at.direction), at.beam.footprint, edge, kept, shift)
     normal = normalise(at.normal + (moved.origin - at.point) * at.beam.curvature)
     beam = Beam(footprint, at.beam.curvature, edge, None)
     part = replace(at, point=moved.origin, normal=normal, direction=moved.direction, outside=None, beam=beam)
     ray, footprint = _turned(part, turn_at(_cosine(part), eta, mean, through), branch)
-    return Ray(ray.origin, normalise(ray.direction)), footprint, edge.share
+    return Ray(ray.origin, normalise(ray.direction)), footprint, edge.coverage
 
 
 def _cosine(at: Arrival) -> Linear:

@@ -21,7 +21,7 @@ def branches(
     past.
     """
     there, material = at.object >= 0, material_at(tables, at.object)
-    past = None if at.beam is None else there & (at.beam.edge.share < 1)
+    past = None if at.beam is None else there & (at.beam.edge.coverage < 1)
     mirror = jnp.zeros(there.shape, jnp.int32)
     if plan.effects.reflection:
         mirror = jnp.where(there & lookup(tables.mirrors, material), jnp.int32(MIRROR), mirror)

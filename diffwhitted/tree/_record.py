@@ -27,7 +27,7 @@ from ..geometry import (
 from ..numerics._stage import empty_buffers, packed, running_count, stage, write_block
 from ..numerics._vector import Vec3, where
 from ..scene import Camera, Tables
-from ._arrival import BRANCHES, PAST, TRANSMITTED, Origin, arrival
+from ._arrival import BRANCHES, PAST, TRANSMITTED, Arrival, Origin, arrival
 from ._beam import arriving
 from ._branch import branches
 from ._departure import any_ray, departing, parents_of, sides_of
@@ -93,48 +93,69 @@ def follow(
     white = Vec3(one, one, one)
     weighed = light_of is not None or plan.effects.cutoff or plan.zero_weights
     lit = light_of is not None and window is not None
+    bounded = beyond is not None and plan.branching
     follow_rays = jax.jit(partial(_follow, tables, plan))  # traced once, for its shapes and for its results
 
-    def waiting(state):
-        start, (_, count) = state[0], state[2]
-        return (start < jnp.minimum(count, room)) & ((window is None) | (count <= room))
+    def waiting(q: _Queue):
+        return (q.start < jnp.minimum(q.count, room)) & ((window is None) | (q.count <= room))
 
-    def follow_block(state):
-        start, block, (lineage, count), (nodes, arrivals, throughputs), (starts, ends), film = state
-        end = jnp.minimum(jnp.minimum(start + plan.block, count), room)
-        slot = start + jnp.arange(plan.block, dtype=jnp.int32)
-        origin = _origin(plan, nodes.origin, slot, lineage, cameras, window)
+    def follow_block(q: _Queue) -> _Queue:
+        # Take a block of rays from the front of the queue.
+        end = jnp.minimum(jnp.minimum(q.start + plan.block, q.count), room)
+        slot = q.start + jnp.arange(plan.block, dtype=jnp.int32)
+        origin = _origin(plan, q.nodes.origin, slot, q.lineage, cameras, window)
         alive = (slot < end) & samples.there[origin.sample]
-        parents, throughput = parents_of(origin, (arrivals, throughputs)) if plan.branching else (None, white)
+        # Send them out from the camera, or from where their parents arrived.
+        parents, throughput = parents_of(origin, (q.arrivals, q.throughputs)) if plan.branching else (None, white)
         ray, footprint, factor = departing(tables, camera, plan, samples, parents, origin, alive)
         sides = sides_of(plan, parents, origin)
         if weighed:
             throughput = where(origin.lineage == 0, white, throughput) * factor
-        nodes_here, at, children = follow_rays(ray, footprint, sides, origin, alive.any())
-        sends = None
+        # Find the surfaces that they meet, what lights see of these points, and the rays that go on from there.
+        nodes, at, children = follow_rays(ray, footprint, sides, origin, alive.any())
+        lineage, count, sends = q.lineage, q.count, None
         if plan.branching:
             sends = followed(tables, plan, at, origin.level, throughput, children, alive.any(), lit)
-        queue = _append(lineage, count, slot, sends, alive) if plan.branching else (lineage, count)
-        lost = (
-            left_out(tables, plan, beyond, at, throughput, children, sends, alive.any())
-            if beyond and plan.branching
-            else None
+            lineage, count = _append(lineage, count, slot, sends, alive)
+        # Add to the film the light that they bring, and the most that is left out.
+        lost = left_out(tables, plan, beyond, at, throughput, children, sends, alive.any()) if bounded else None
+        light = tuple(throughput * part for part in light_of(nodes, ray, at, alive.any())) if light_of else None
+        film = jax.tree.map(lambda f, a: f.at[origin.sample].add(jnp.where(alive, a, 0)), q.film, (light, lost))
+        # Write down the block.
+        buffers = write_block(
+            (q.nodes, q.arrivals, q.throughputs), (nodes, at, throughput if weighed else None), q.start
         )
-        light = tuple(throughput * part for part in light_of(nodes_here, ray, at, alive.any())) if light_of else None
-        seen = light, lost
-        film = jax.tree.map(lambda f, a: f.at[origin.sample].add(jnp.where(alive, a, 0)), film, seen)
-        buffers = write_block((nodes, arrivals, throughputs), (nodes_here, at, throughput if weighed else None), start)
-        return end, block + 1, queue, buffers, (starts.at[block].set(start), ends.at[block].set(end)), film
+        bounds = q.starts.at[q.block].set(q.start), q.ends.at[q.block].set(end)
+        return _Queue(end, q.block + 1, lineage, count, *buffers, *bounds, film)
 
+    # Begin with the camera rays of the pass, and room for all that may follow.
     shapes = jax.eval_shape(follow_rays, *any_ray(plan, one.dtype), jnp.bool_(True))[:2]
     buffers = empty_buffers((*shapes, white if weighed else None), plan.slots)
-    queue, bounds = ((jnp.zeros(plan.slots, jnp.int32), jnp.int32(cameras)), jnp.full(plan.blocks, room, jnp.int32))
-    film = empty_buffers(
-        ((white,) * kinds if light_of else None, white if beyond and plan.branching else None), plan.pass_pixels
-    )
-    first = (jnp.int32(0), jnp.int32(0), queue, buffers, (bounds, bounds), film)
-    _, _, (_, count), (nodes, *_), (starts, ends), film = jax.lax.while_loop(waiting, follow_block, first)
-    return Record(nodes, starts, ends, count - cameras), film
+    film = empty_buffers(((white,) * kinds if light_of else None, white if bounded else None), plan.pass_pixels)
+    lineage, bounds = jnp.zeros(plan.slots, jnp.int32), jnp.full(plan.blocks, room, jnp.int32)
+    first = _Queue(jnp.int32(0), jnp.int32(0), lineage, jnp.int32(cameras), *buffers, bounds, bounds, film)
+    last = jax.lax.while_loop(waiting, follow_block, first)
+    return Record(last.nodes, last.starts, last.ends, last.count - cameras), last.film
+
+
+class _Queue(eqx.Module):
+    """The rays of a pass in the order in which they are followed, and what is known of those behind the front."""
+
+    start: Int[Array, ""]
+    """The front: the first ray that has not been followed."""
+    block: Int[Array, ""]
+    """How many blocks have been followed."""
+    lineage: Int[Array, "slots"]
+    """Parent and branch of each ray (see `Origin`)."""
+    count: Int[Array, ""]
+    """Rays in the queue; more than the room means that some were not kept."""
+    nodes: Nodes
+    arrivals: Arrival
+    throughputs: Vec3 | None
+    starts: Int[Array, "blocks"]
+    ends: Int[Array, "blocks"]
+    film: tuple
+    """Light of each kind, and the most that is left out."""
 
 
 def _origin(

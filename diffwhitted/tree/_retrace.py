@@ -33,7 +33,7 @@ def light_of(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed) -> V
     light = where(
         nodes.primitive >= 0, local_radiance(tables, plan, nodes, at, needed), tables.background.seen(at.direction)
     )
-    return light if at.beam is None else light * at.beam.edge.share
+    return light if at.beam is None else light * at.beam.edge.coverage
 
 
 def retraced(light_of: Callable, plan: Plan, given: Given, record: Record) -> tuple[Vec3, State]:
