@@ -19,6 +19,7 @@ from ._result import FitResult, FitStep
 from .judging._rest import UNIT
 from .problem._bounds import Bounds
 from .problem._free_names import free_parameters, whole_names
+from .problem._nameless import nameless_scene, nameless_unknowns, numbered_names
 from .problem._problem import Problem, any_moves, prepared
 from .problem._target import CheckedTarget, as_targets
 from .problem._unknowns import Unknown, insert, list_unknowns, start_values
@@ -166,7 +167,7 @@ def _build(
     total = float(sum(3 * (t.mask > 0).sum() for t in targets))
     moving, places = any_moves(unknowns), sample_places(footprint or samples, scene.dtype)
     values, bounds = jnp.asarray(first, scene.dtype), Bounds(unknowns)
-    views = []
+    called, views, cut_off = numbered_names(scene), [], False
     for target in targets:
         camera = scene.cameras[target.camera]
         weight = np.sqrt(target.mask) / (UNIT if target.noise is None else target.noise) / np.sqrt(total)
@@ -183,9 +184,11 @@ def _build(
         )
         groups, side = places[:, None] if moving else places[None], 1 / max(footprint, 1)
         marks = marks_of(scene, plan.at_work)
-        views.append(view_of(target.camera, target.image, weight, groups, side, plan.program, marks))
-    recorded = tuple(prepared(scene, unknowns, values, view, moving) for view in views)
-    return Problem(scene, bounds, recorded, unknowns), total
+        seen_by, cut_off = called["camera"][target.camera], cut_off or plan.effects.cutoff
+        views.append(view_of(seen_by, target.image, weight, groups, side, plan.program, marks))
+    plain, nameless = nameless_scene(scene, called), nameless_unknowns(unknowns, called, cut_off)
+    recorded = tuple(prepared(plain, nameless, values, view, moving) for view in views)
+    return Problem(plain, bounds, recorded, unknowns, nameless), total
 
 
 def _starting_points(first: np.ndarray, unknowns, starts: int) -> list[np.ndarray]:

@@ -19,7 +19,6 @@ import unknown_kinds
 import diffwhitted
 import fitting
 from diffwhitted._errors import SceneError, SceneNote
-from diffwhitted.rendering._passes import trace_pass
 from diffwhitted.shapes import OBJECTS
 from diffwhitted.tree import make_plan
 
@@ -291,15 +290,17 @@ def test_a_fit_that_moves_the_edges_of_a_kind_without_a_footprint_is_refused(str
 # Thousands of objects, and programs that know none of them by name.
 
 
-def crowd(count: int, material: str = "m0", named: str = "ball") -> diffwhitted.Scene:
-    """Spheres on a lattice."""
+def crowd(count: int, material: str = "m0", named: str = "ball", k_d: float = 0.5) -> diffwhitted.Scene:
+    """Spheres on a lattice, all of one of two materials, of which the second is half as bright."""
     side = int(np.ceil(count ** (1 / 3)))
+    middle = np.full(3, 1.5 * (side - 1))
     places = np.stack(np.meshgrid(*[np.arange(side) * 3.0] * 3), axis=-1).reshape(-1, 3)[:count]
+    first, second = (material.replace(end, number) for end, number in ((material[-1], "0"), (material[-1], "1")))
     return diffwhitted.Scene(
         objects=[diffwhitted.Sphere(f"{named} {i}", place, 1.0, material) for i, place in enumerate(places)],
-        materials={"m0": diffwhitted.Material(k_d=0.5), "m1": diffwhitted.Material(k_d=0.25, k_a=0.0)},
+        materials={first: diffwhitted.Material(k_d=k_d), second: diffwhitted.Material(k_d=k_d / 2, k_a=0.0)},
         lights=[diffwhitted.PointLight((0, 200, 0), (1, 1, 1))],
-        cameras={"main": diffwhitted.Camera((-40, 30, 90), (20, 20, 20), 40, 8, 6)},
+        cameras={"main": diffwhitted.Camera(middle + [2 * side, 3 * side, 5 * side], middle, 40, 8, 6)},
     )
 
 
@@ -319,11 +320,32 @@ def test_the_work_to_build_and_plan_grows_no_faster_than_the_objects():
     assert many - some < 2.2 * (some - few) and (many - some) / 1000 < 500
 
 
-def test_names_and_materials_are_no_part_of_a_program():
-    """Another name, another material, other numbers: the same compiled program."""
+COMPILED: list[str] = []
+
+
+@pytest.fixture(scope="module")
+def compiled():
+    """What has been compiled since it was last cleared."""
+    jax.monitoring.register_event_duration_secs_listener(
+        lambda event, seconds, **about: COMPILED.append(event) if "backend_compile" in event else None
+    )
+    COMPILED.clear()
+    return COMPILED
+
+
+def test_names_and_materials_are_no_part_of_a_program(compiled):
+    """Another name, another material, other numbers: nothing is compiled for a picture; other names, numbers and bounds:
+    nothing for a fit."""
     camera = crowd(12).cameras["main"]
     first = np.asarray(diffwhitted.render(crowd(12), camera))
-    made = trace_pass._cached._cache_size() if hasattr(trace_pass, "_cached") else None
+    assert first.max() > 0.1
+    fitting.fit(crowd(12), first, free=["m0.k_d"], start={"m0.k_d": 0.4})
+    assert len(compiled) > 2
+    compiled.clear()
     second = np.asarray(diffwhitted.render(crowd(12, "m1", "thing"), camera))
-    assert made == trace_pass._cached._cache_size()
     np.testing.assert_allclose(second, first / 2, atol=1e-6)
+    other = crowd(12, "paint0", "thing", k_d=0.8)
+    start, bounds = {"paint0.k_d": 0.6}, {"paint0.k_d": (0.1, 0.9)}
+    found = fitting.fit(other, second, free=["paint0.k_d"], start=start, bounds=bounds)
+    assert found["paint0.k_d"].value == pytest.approx(0.25, abs=1e-5)
+    assert not compiled

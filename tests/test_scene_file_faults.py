@@ -330,7 +330,7 @@ def test_what_is_no_readable_file(tmp_path, monkeypatch):
 
 
 def test_a_huge_file_and_an_endless_one_are_refused(monkeypatch, tmp_path):
-    monkeypatch.setattr("diffwhitted.formats.toml._reading.LARGEST_FILE", 2**20)
+    monkeypatch.setattr("diffwhitted.formats._load.LARGEST_FILE", 2**20)
     (tmp_path / "huge.toml").write_bytes(bytes(2**20 + 1))
     with pytest.raises(SceneError, match="more than 1 MiB"):
         load_scene(tmp_path / "huge.toml")

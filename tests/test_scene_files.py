@@ -13,8 +13,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import diffwhitted as dw
 from diffwhitted._errors import SceneError
-from diffwhitted.formats import load_scene, parse_scene, save_scene, scene_schema, scene_text
+from diffwhitted.formats import (
+    SceneFormat,
+    including_format,
+    load_scene,
+    parse_scene,
+    save_scene,
+    scene_schema,
+    scene_text,
+)
 from diffwhitted.scene import (
     COEFFICIENTS,
     Camera,
@@ -294,3 +303,26 @@ def test_records_made_in_python_are_written_like_those_of_a_file():
     ]
     assert "k_h" not in written["material"][0] and "camera" not in written and "texture" not in written
     assert_same_scene(scene, parse_scene(scene_text(scene)))
+
+
+def test_the_suffix_says_the_format(tmp_path):
+    """A format that is registered reads and writes the files of its suffix; one that cannot write says so."""
+    scene = parse_scene("[scene]\nambient = [0.5, 0.25, 1.0]\n")
+
+    def words(data: bytes, source: str, precision) -> dw.Scene:
+        return dw.Scene(objects=[], materials={}, ambient=[float(n) for n in data.split()], precision=precision)
+
+    def numbers(scene: dw.Scene, source: str) -> bytes:
+        return " ".join(f"{float(n)}" for n in scene.ambient).encode()
+
+    for write in (numbers, None):
+        with including_format(SceneFormat("words", (".words",), words, write)):
+            if write is None:
+                with pytest.raises(SceneError, match=r"scenes in words are read, not written; write it as \.toml"):
+                    save_scene(scene, tmp_path / "scene.WORDS")
+                continue
+            save_scene(scene, tmp_path / "scene.words")
+            assert (tmp_path / "scene.words").read_text() == "0.5 0.25 1.0"
+            assert load_scene(tmp_path / "scene.words").ambient.tolist() == [0.5, 0.25, 1.0]
+    with pytest.raises(SceneError, match="broken TOML"):
+        load_scene(tmp_path / "scene.words")

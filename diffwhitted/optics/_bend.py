@@ -15,7 +15,7 @@ def mirrored(direction: Vec3, normal: Vec3) -> Vec3:
 
 
 STEEP = 4.0
-"""Ratio of indices above which refraction is reckoned from the sine: the usual form loses as many digits as eta**2 has."""
+"""Ratio of indices above which refraction is reckoned from the sine: the usual form loses the digits of eta**2."""
 
 
 def along_surface(direction: Vec3, normal: Vec3) -> Vec3:

@@ -36,10 +36,13 @@ class Problem(eqx.Module):
     """Scene, unknowns and targets of a fit."""
 
     scene: Scene
+    """As its programs know it: without names (see `_nameless`)."""
     bounds: Bounds
     views: tuple[View, ...]
     """The targets."""
     unknowns: tuple[Unknown, ...] = eqx.field(static=True)
+    nameless: tuple[Unknown, ...] = eqx.field(static=True, default=())
+    """The unknowns, as its programs know them."""
 
     @property
     def moves(self) -> bool:
@@ -97,7 +100,7 @@ def factorise(
     values = jnp.asarray(values, problem.scene.dtype)
     parts = [part for view in problem.views for part in view.parts]
     program = part_rows if parts[0].trees is None else part_factor
-    found = side_by_side(lambda part: _with_room(program, problem.scene, problem.unknowns, values, part), parts)
+    found = side_by_side(lambda part: _with_room(program, problem.scene, problem.nameless, values, part), parts)
     factors, films = zip(*found, strict=True)
     films = _by_view(problem, films)
     if program is part_rows:

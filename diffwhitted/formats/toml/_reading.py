@@ -1,34 +1,18 @@
 """Scenes as TOML files: reading, and writing so that reading gives back the same bits."""
 
-import os
 import re
 import tomllib
 from collections.abc import Mapping
-from pathlib import Path
 
 import tomlkit
 from pydantic import ValidationError
 
 from ..._errors import SceneError
-from ..._files import not_a_file
-from ...records import Registry, nearest_name
+from ...records import Registry
 from ...scene import BACKGROUNDS, LIGHTS, OBJECTS, TEXTURES, Precision, Scene, float_dtype
 from ...scene.backgrounds import ConstantBackground, GradientBackground
 from ._faults import faults_of, ordinal, place, scene_error, shown
 from ._schema import Entry, GradientTable, models, written
-
-LARGEST_FILE = 64 * 2**20
-"""Bytes; a larger file is refused before it is read."""
-
-
-def load_scene(path: str | os.PathLike, *, precision: Precision = "float32") -> Scene:
-    """The scene in a TOML file.
-
-    Arguments: `path` of the file; `precision` of every array of the scene.
-    Raises `SceneError`, one message that names the file, the place in it, the value, what is allowed
-    and what to try: for a file that cannot be read, for broken TOML, and for an invalid scene.
-    """
-    return parse_scene(_text(Path(path)), source=str(path), precision=precision)
 
 
 def parse_scene(text: str, *, source: str = "scene", precision: Precision = "float32") -> Scene:
@@ -42,25 +26,17 @@ def parse_scene(text: str, *, source: str = "scene", precision: Precision = "flo
     return _scene(file, dtype, source)
 
 
-def save_scene(scene: Scene, path: str | os.PathLike) -> None:
-    """Write a scene to a TOML file, whole or not at all; a scene loaded from it has the same bits.
-
-    Raises `SceneError` where the file cannot be written or the scene is not valid.
-    """
-    text = scene_text(scene, source=str(path))
-    target = Path(os.path.realpath(path))
-    if kind := not_a_file(target):
-        raise SceneError(f"{str(path)}: this is {kind}, which would be lost; give the name of a file")
-    partial = target.with_name(f".{target.name}.{os.getpid()}.part")
+def parse_bytes(data: bytes, source: str, precision: Precision) -> Scene:
+    """The scene in the bytes of a TOML file. Raises `SceneError`."""
     try:
-        try:
-            partial.write_text(text, encoding="utf-8", newline="\n")
-            os.replace(partial, target)
-        finally:
-            partial.unlink(missing_ok=True)
-    except OSError as error:
-        advice = "; make the folder first" if not target.parent.is_dir() else ""
-        raise SceneError(f"{str(path)}: cannot be written: {error.strerror}{advice}") from None
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise SceneError(
+            f"{source}: line {line}: byte 0x{data[error.start]:02x} is not UTF-8; "
+            "allowed is UTF-8 text. Save the file with that encoding"
+        ) from None
+    return parse_scene(text, source=source, precision=precision)
 
 
 def scene_text(scene: Scene, *, source: str = "scene") -> str:
@@ -86,35 +62,6 @@ def scene_text(scene: Scene, *, source: str = "scene") -> str:
         raise scene_error(source, faults_of(error, plain)) from None
     _scene(file, scene.dtype, source)
     return _dumped(plain)
-
-
-def _text(path: Path) -> str:
-    if kind := not_a_file(path):
-        raise SceneError(f"{path}: this is {kind}; write the scene to a file and give its name")
-    try:
-        with open(path, "rb") as file:
-            data = file.read(LARGEST_FILE + 1)
-    except FileNotFoundError:
-        beside = [p.name for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
-        raise SceneError(f"{path}: there is no such file.{nearest_name(path.name, beside)}") from None
-    except IsADirectoryError:
-        raise SceneError(
-            f"{path}: this is a folder; name the scene file in it, such as {path / 'scene.toml'}"
-        ) from None
-    except PermissionError:
-        raise SceneError(f"{path}: no permission to read it; allow it with: chmod u+r {path}") from None
-    except (OSError, ValueError) as error:
-        raise SceneError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    if len(data) > LARGEST_FILE:
-        raise SceneError(f"{path}: more than {LARGEST_FILE >> 20} MiB; allowed is less. Is this a scene file?")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise SceneError(
-            f"{path}: line {line}: byte 0x{data[error.start]:02x} is not UTF-8; "
-            "allowed is UTF-8 text. Save the file with that encoding"
-        ) from None
 
 
 def _document(text: str, source: str) -> dict:
