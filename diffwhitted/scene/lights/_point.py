@@ -64,7 +64,7 @@ class PointLight(AbstractLight):
         return PointLight(self.position, self.colour, name=self.name)
 
 
-def _fade(attenuation: Float[Array, "*n 3"], distance: Float[Array, "*n"]) -> Float[Array, "*n"]:
+def _fade(attenuation: Float[Array, "... 3"], distance: Float[Array, "*n"]) -> Float[Array, "*n"]:
     """The attenuation, numerator and denominator divided by a far distance, so that no square of it is formed."""
     a0, a1, a2 = (attenuation[..., k] for k in range(3))
     part = 1 / jnp.maximum(jax.lax.stop_gradient(distance), 1)
