@@ -8,8 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import diffwhitted as dw
-from diffwhitted.scene import tabulate
-from diffwhitted.tree import grid, make_plan, trace
+from diffwhitted.tree import grid, make_plan, tables_of, trace
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "glass_between_spheres.toml"
 INDEX = "glass.refractive_index"
@@ -52,14 +51,14 @@ def places(count, seed=0):
 
 
 @eqx.filter_jit
-def _total(scene, camera, plan, spots):
-    tables, number = tabulate(scene), jnp.int32(0)
+def _total(tables, camera, plan, spots):
+    number = jnp.int32(0)
 
     def one(total, spot):
         film, _, descendants = trace(tables, camera, plan, grid(plan, camera, number, spot))
         return total + film.stacked(axis=-1), descendants
 
-    total, needed = jax.lax.scan(one, jnp.zeros((plan.pass_pixels, 3), scene.dtype), spots)
+    total, needed = jax.lax.scan(one, jnp.zeros((plan.pass_pixels, 3), tables.ambient.dtype), spots)
     return total, needed.max()
 
 
@@ -67,9 +66,9 @@ def area_true(scene, camera, side, seed=0):
     """The mean of side * side points a pixel, summed in float64; side is a multiple of 8."""
     plan = make_plan(scene, camera, footprint=0, capacity=4 * camera.width * camera.height)
     assert plan.passes == 1
-    total = 0
+    tables, total = tables_of(scene, plan), 0  # outside the program, where every weight may be zero
     for spots in places(side * side, seed).reshape(-1, 64, 2):
-        part, needed = _total(scene, camera, plan, jnp.asarray(spots))
+        part, needed = _total(tables, camera, plan.program, jnp.asarray(spots))
         assert needed <= plan.capacity
         total = total + np.asarray(part, np.float64)
     return (total / side**2)[: camera.width * camera.height].reshape(camera.height, camera.width, 3)

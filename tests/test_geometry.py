@@ -12,16 +12,17 @@ import diffwhitted as dw
 from diffwhitted.geometry import (
     NOTHING,
     Departure,
+    Footprint,
     Ray,
     Shapes,
     blocked,
     containing,
     crossing_counts,
-    facing,
     nearest,
+    nearest_part,
     surface_at,
 )
-from diffwhitted.numerics._vector import vec3
+from diffwhitted.numerics._vector import dot, vec3
 from diffwhitted.shapes import Planes, Polygons, Spheres
 
 BOOK = json.loads((Path(__file__).parent / "oracles" / "ray_tracer_challenge.json").read_text())["geometry"]
@@ -152,7 +153,7 @@ def test_sphere_from_outside_and_from_inside(dtype):
     assert hit.entering.tolist() == [True, False, False]
     np.testing.assert_allclose(hit.normal.stacked(), [(0, 0, 1), (0, 0, 1), (0, -0.6, -0.8)], atol=1e-6)
     np.testing.assert_allclose(hit.point.stacked(), [(1, 2, 5), (1, 2, 1), (1, 3.2, 4.6)], rtol=1e-6)
-    np.testing.assert_allclose(facing(hit, ray.direction), [1, 1, 0.8], rtol=1e-6)
+    np.testing.assert_allclose(-dot(hit.normal, ray.direction), [1, 1, 0.8], rtol=1e-6)
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1, 1e4])
@@ -399,3 +400,23 @@ def test_two_triangles_leave_no_gap_along_the_side_they_share(precision, corners
     halves = seen(dw.Polygon("one", (a, b, c), "m"), dw.Polygon("other", (a, c, d), "m"))
     assert whole.sum() > 5000
     assert not (whole & ~halves).any()
+
+
+@pytest.mark.parametrize("silhouettes_first", [True, False])
+def test_a_ray_that_has_run_past_all_it_can_name_is_cut_by_no_other(silhouettes_first):
+    """Two spheres and then the horizon, whichever family is numbered first: the horizon counts whole."""
+    balls, ground = spheres((100, 0, 0, 1), (200, 0, 0, 1)), planes((0, 1, 0, -1))
+    shapes = Shapes((balls, ground) if silhouettes_first else (ground, balls))
+    horizon, first, second = (2, 0, 1) if silhouettes_first else (0, 1, 2)
+    ray = rays([(0, 0, 0)], [(0, 0, -1)])
+    still = vec3(jnp.zeros((1, 3)))
+    across, down = (Ray(still, vec3(jnp.asarray([step]))) for step in ((0.1, 0, 0), (0, 0.1, 0)))
+
+    def met(*passed):
+        nothing = jnp.full(1, NOTHING)
+        sides = Departure(nothing, nothing >= 0, tuple(jnp.asarray([one]) for one in passed))
+        primitive, _, _, cut = nearest_part(shapes, ray, Footprint(across, down, nothing), sides)
+        return primitive.tolist(), cut.tolist()
+
+    assert met(first, NOTHING) == ([horizon], [True])
+    assert met(second, first) == ([NOTHING], [False])

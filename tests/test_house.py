@@ -210,6 +210,11 @@ def test_a_registry_refuses_what_breaks_its_contract():
         OBJECTS.register(unknown_kinds.Beacon)
 
 
+def test_a_scene_refuses_what_is_of_no_kind():
+    with pytest.raises(SceneError, match="a tuple is no background; allowed is ConstantBackground, GradientBackground"):
+        diffwhitted.Scene(objects=[], materials={}, background=(0, 0, 1))
+
+
 def test_a_new_kind_renders_what_its_formulas_say(strange, picture):
     """The pixel in the middle of the plate, and the background, by hand."""
     camera = strange.cameras["main"]
@@ -334,8 +339,9 @@ def compiled():
 
 
 def test_names_and_materials_are_no_part_of_a_program(compiled):
-    """Another name, another material, other numbers: nothing is compiled for a picture; other names, numbers and bounds:
-    nothing for a fit."""
+    """Another name, another material, other numbers: nothing is compiled for a picture; other names, numbers and
+    bounds: nothing for a fit.
+    """
     camera = crowd(12).cameras["main"]
     first = np.asarray(diffwhitted.render(crowd(12), camera))
     assert first.max() > 0.1

@@ -26,8 +26,8 @@ def load_scene(path: str | os.PathLike, *, precision: Precision = "float32") -> 
 def save_scene(scene: Scene, path: str | os.PathLike) -> None:
     """Write a scene to a file, whole or not at all; a scene loaded from it has the same bits.
 
-    The suffix says the format, as in `load_scene`. Raises `SceneError` where the file cannot be written, the scene is not
-    valid, or the format is one that is only read.
+    The suffix says the format, as in `load_scene`. Raises `SceneError` where the file cannot be written, the scene is
+    not valid, or the format is one that is only read.
     """
     chosen = format_of(Path(path))
     if chosen.write is None:

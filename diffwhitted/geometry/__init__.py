@@ -15,12 +15,12 @@ from ._footprint import (
 )  # fmt: skip
 from ._hit import Hit
 from ._ray import NOTHING, Departure, Ray
-from ._search import Shapes, blocked, containing, crossing_counts, facing, nearest, surface_at
+from ._search import Shapes, blocked, containing, crossing_counts, nearest, surface_at
 from ._surface import AbstractSurfaces
 
 __all__ = [
     "LEAST_COVERAGE", "NOTHING", "AbstractSurfaces", "Departure", "Edge", "Footprint", "Hit", "Ray", "Shapes",
     "beside_small", "blocked", "containing", "covered", "crosswise", "crossing_counts", "curvature_at", "edge_of",
-    "facing", "hidden_parts", "near_silhouettes", "nearest", "nearest_part", "on_surface", "part_of", "silhouette_of",
+    "hidden_parts", "near_silhouettes", "nearest", "nearest_part", "on_surface", "part_of", "silhouette_of",
     "steps_on_surface", "surface_at", "uncovered",
 ]  # fmt: skip

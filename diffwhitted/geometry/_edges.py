@@ -44,8 +44,9 @@ def nearest_part(shapes: Shapes, ray: Ray, footprint: Footprint, departure: Depa
     no = jnp.zeros(ray.origin.shape, bool)
     nobody = jnp.full(no.shape, NOTHING, jnp.int32)
     best = jnp.full(no.shape, jnp.inf, ray.origin.dtype), nobody, jnp.zeros(no.shape, jnp.int8), no, no
+    may_pass = departure.passed[-1] == NOTHING  # asked here: families count from their own first surface
     for first, family in shapes.numbered():
-        distance, member, *rest = family.nearest_part(ray, footprint, departure.counted_from(first))
+        distance, member, *rest = family.nearest_part(ray, footprint, departure.counted_from(first), may_pass)
         best = where(distance < best[0], (distance, member + first, *rest), best)
     return best[1:]
 

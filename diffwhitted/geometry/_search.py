@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from ..numerics._vector import Vec3, dot, lookup, where
+from ..numerics._vector import Vec3, lookup, where
 from ._hit import Hit
 from ._ray import NOTHING, Departure, Ray
 from ._surface import AbstractSurfaces
@@ -130,11 +130,6 @@ def surface_at(
     enters = enters if entering is None else entering
     normal = where(enters, outward, -outward)
     return Hit(primitive, shapes.object_at(primitive), crossing, enters, point, normal, normal, distance)
-
-
-def facing(hit: Hit, direction: Vec3) -> Float[Array, "n"]:
-    """Cosine between the facing normal and the way back along the incoming direction."""
-    return -dot(hit.normal, direction)
 
 
 def repeated(count: int, step, carry, unrolled: int = UNROLLED):

@@ -160,12 +160,10 @@ class AbstractSurfaces(eqx.Module):
 
         return self.over(either, jnp.zeros(ray.origin.shape, bool))
 
-    def nearest_part(self, ray: Ray, footprint: Footprint, departure: Departure):
+    def nearest_part(self, ray: Ray, footprint: Footprint, departure: Departure, may_pass: Bool[Array, "n"]):
         """The nearest member that covers part of the pixel: its distance, number, crossing, side, and whether its
-        silhouette cuts the pixel. Where as many surfaces are left out already as a departure can name, silhouettes do
-        not count.
+        silhouette cuts the pixel. Silhouettes count only where the ray `may_pass` one more.
         """
-        may_pass = departure.passed[-1] < 0
 
         def closer(k, member, best):
             on_it = departure.primitive == k

@@ -69,11 +69,3 @@ def power_of_cosine(chord_squared: Float[Array, "*n"], exponent: Float[Array, "*
     lit = chord_squared < 2
     log_cosine = jnp.log1p(-0.5 * jnp.where(lit, chord_squared, 0))
     return jnp.where(lit, jnp.exp(exponent * log_cosine), jnp.where(exponent == 0, 1, 0).astype(chord_squared.dtype))
-
-
-def whole_powers(base: Float[Array, ""], most: int) -> Float[Array, "powers"]:
-    """base ** 0, base ** 1, ... base ** most, by repeated multiplication.
-
-    Edges: base ** 0 = 1 with derivative 0, also at base = 0; 0 ** 1 has derivative 1.
-    """
-    return jnp.cumprod(jnp.concatenate([jnp.ones_like(base)[None], jnp.broadcast_to(base, (most,))]))

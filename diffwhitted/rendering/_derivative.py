@@ -60,8 +60,7 @@ def derivative(
     - `free`: coefficients whose derivative is wanted although they may be zero ("glass.k_s").
     - `footprint`: k x k filtered trees a pixel; 0 traces points, whose derivative does not see edges move.
     - `refine`: trace 2 x 2 trees for each of them in the pixels with the largest derivatives, a fifteenth of the
-      picture
-      at most. Only with a footprint.
+      picture at most. Only with a footprint.
 
     `make` may change anything in the scene: coefficients, places, sizes, lights, cameras. Forward mode (Igehy 1999 for
     the footprints; see `tree`). Raises `SceneError` for a footprint or depth that is not one, and `CapacityError` where

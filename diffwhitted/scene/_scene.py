@@ -69,6 +69,8 @@ class Scene(eqx.Module):
         precision: Precision = "float32",
     ):
         dtype = float_dtype(precision)
+        background = ConstantBackground((0.0, 0.0, 0.0)) if background is None else background
+        _check_kinds(objects, lights, (textures or {}).values(), background)
 
         def cast(record):
             return jax.tree.map(lambda a: a if a.dtype == dtype else a.astype(dtype), record)
@@ -82,7 +84,7 @@ class Scene(eqx.Module):
         self.cameras, self.textures = (
             {name: placed(record) for name, record in (records or {}).items()} for records in (cameras, textures)
         )
-        self.background = cast(background or ConstantBackground((0.0, 0.0, 0.0)))
+        self.background = cast(background)
         self.ambient = cast(number_array(ambient, "scene", "ambient", ((), (3,))) * np.ones(3))
         require(lambda a: (a >= 0).all(), "scene", "ambient", self.ambient, ">= 0")
         self.cutoff = cast(_cutoff(cutoff))
@@ -116,14 +118,6 @@ class Scene(eqx.Module):
                 raise SceneError(f"scene: {field} = {getattr(self, field)!r}; allowed is {', '.join(get_args(kind))}")
 
     def _check_references(self):
-        for registry, things in (
-            (OBJECTS, self.objects),
-            (LIGHTS, self.lights),
-            (TEXTURES, self.textures.values()),
-            (BACKGROUNDS, (self.background,)),
-        ):
-            for thing in things:
-                registry.check(thing, "scene")
         _no_twins("light", [name for light in self.lights if (name := light.name)])
         for light in self.lights:
             if "." in (light.name or ""):
@@ -163,6 +157,13 @@ def _warn_if_rounded(cameras: Iterable[Camera]) -> None:
                 FarFromOrigin,
                 stacklevel=4,
             )
+
+
+def _check_kinds(objects, lights, textures, background) -> None:
+    """Raise `SceneError` unless each of them is of a kind in its list."""
+    for registry, things in ((OBJECTS, objects), (LIGHTS, lights), (TEXTURES, textures), (BACKGROUNDS, (background,))):
+        for thing in things:
+            registry.check(thing, "scene")
 
 
 def _no_twins(family: str, names: list[str]):

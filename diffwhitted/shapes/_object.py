@@ -5,14 +5,13 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ..geometry import AbstractSurfaces
 from ..numerics._vector import Vec3
-from ..records import Row, is_traced, moved, stacked
+from ..records import Row, moved, stacked
 
 
 class AbstractObject(eqx.Module):
@@ -64,11 +63,6 @@ class AbstractObject(eqx.Module):
     def alone(self) -> AbstractSurfaces:
         """The family of this object only."""
         return self.family(*self.columns([self]))
-
-    @property
-    def traced(self) -> bool:
-        """Is any of its numbers traced?"""
-        return any(map(is_traced, jax.tree.leaves(self)))
 
     def ball(self) -> tuple[np.ndarray, float]:
         """Middle (3,) and radius of a sphere around it, float64; the radius is infinite where none is known."""

@@ -30,7 +30,7 @@ class Spheres(AbstractSurfaces):
         Hearn and Baker (14-58): s = u.dP -+ sqrt(r**2 - |dP - (u.dP) u|**2), the form that survives a
         radius much smaller than the distance |dP|.
         """
-        _, middle, _, half_chord_squared = self._chord(ray)
+        middle, _, half_chord_squared = self._chord(ray)
         half_chord = jnp.sqrt(jnp.maximum(half_chord_squared, 0))
         met = half_chord_squared > 0
         near, far = middle - half_chord, middle + half_chord
@@ -47,7 +47,7 @@ class Spheres(AbstractSurfaces):
         has lost them to the distance. Edge: on the silhouette, where the half chord vanishes, its
         derivative is 0 by `safe_sqrt`.
         """
-        to_centre, middle, miss, half_chord_squared = self._chord(ray)
+        middle, miss, half_chord_squared = self._chord(ray)
         half_chord = safe_sqrt(half_chord_squared)
         entering = crossing == 0
         half_chord = jnp.where(entering, -half_chord, half_chord)
@@ -60,7 +60,7 @@ class Spheres(AbstractSurfaces):
         """r - |q| with q from the ray's line to the centre: positive where the line meets the sphere; and where it is
         closest.
         """
-        _, middle, miss, _ = self._chord(ray)
+        middle, miss, _ = self._chord(ray)
         sideways = normalise(miss)
 
         def along(side: Ray):
@@ -70,7 +70,7 @@ class Spheres(AbstractSurfaces):
 
     def near_silhouette(self, ray: Ray, reach, growth):
         """May the silhouette lie within `reach` + `growth` times the distance of the ray's line? No derivatives."""
-        _, middle, miss, _ = self._chord(ray)
+        middle, miss, _ = self._chord(ray)
         around = reach + growth * abs(middle)
         low, high = jnp.maximum(self.radius - around, 0), self.radius + around
         from_line = dot(miss, miss)
@@ -93,10 +93,13 @@ class Spheres(AbstractSurfaces):
         return dot(offset, offset) < self.radius * self.radius
 
     def _chord(self, ray: Ray):
+        """The distance at which the ray's line is closest to the centre, the way from there to the centre, and the
+        square of half the chord that the sphere cuts out of the line (negative where it misses).
+        """
         to_centre = self.centre - ray.origin
         middle = dot(to_centre, ray.direction)
         miss = to_centre - ray.direction * middle
-        return to_centre, middle, miss, self.radius * self.radius - dot(miss, miss)
+        return middle, miss, self.radius * self.radius - dot(miss, miss)
 
 
 class Sphere(AbstractObject):

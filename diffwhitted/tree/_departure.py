@@ -10,11 +10,8 @@ from ..numerics._vector import Vec3
 from ..scene import Camera, Tables
 from ._arrival import Arrival, Origin
 from ._branch import child, departure
-from ._plan import Plan
+from ._plan import MOST_PASSED, Plan
 from ._samples import Samples
-
-MOST_PASSED = 2
-"""So many silhouettes a ray may run past before those that follow count whole or not at all."""
 
 
 def departing(

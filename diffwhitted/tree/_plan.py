@@ -39,6 +39,8 @@ PIXELS_UNDER_JIT = 80 * 1024
 """Of a pass whose rays nobody has counted: its room is cleared in memory that is fetched anew, which takes time."""
 LARGEST_TREE = 2**18
 """Of one camera ray under `jit` without a plan; beyond it the picture is NaN."""
+MOST_PASSED = 2
+"""So many silhouettes a ray may run past before those that follow count whole or not at all."""
 POINTS = 4
 """So many points along the side of a pixel stand in place of a filtered tree."""
 WORST_CASE_LIMIT = 2**24
@@ -66,8 +68,6 @@ class Plan:
     samples: int
     """Points along the side of a pixel in place of a footprint that something in the scene does not know; else 1."""
     total_reflection_is_full: bool
-    tinted: bool
-    """Transparent objects tint the light that passes through them."""
     highlight_models: tuple[str, ...]
     """That there are in the scene: "halfway", "reflected", "off"."""
     textured: tuple[tuple[str, ...], ...]
@@ -105,9 +105,9 @@ class Plan:
 
     @property
     def blocks(self) -> int:
-        """The most blocks that the rays of a pass can take: among the descendants one a depth may be partly filled."""
+        """The most blocks that the rays of a pass can take: one may be partly filled for each depth and silhouette."""
         return self.pass_pixels // self.block + (
-            ceil(self.capacity / self.block) + 3 * self.max_depth if self.capacity else 0
+            ceil(self.capacity / self.block) + (1 + MOST_PASSED) * self.max_depth if self.capacity else 0
         )
 
     @property
@@ -179,7 +179,6 @@ def make_plan(
         footprint=trees,
         samples=points,
         total_reflection_is_full=scene.total_internal_reflection == "full",
-        tinted=scene.shadows == "tinted",
         highlight_models=tuple(model for model in HIGHLIGHTS if any(m.highlight == model for m in used.values())),
         textured=texture_groups(scene) if "textures" in effects else (),
         weighed_by=tuple(
@@ -237,7 +236,7 @@ def tables_of(scene: Scene, plan: Plan) -> Tables:
 def unmeasured_plan(scene: Scene, camera: Camera, *, max_depth: int | None, footprint: int | None) -> Plan:
     """A plan for traced values, whose rays nobody can count: with room for the tree of a pass that is likely.
 
-    The tree of any one camera ray has room, up to `LARGEST_TREE`: a pass that needs more is traced in parts.
+    The tree of one camera ray (see `_largest_tree`) has room, up to `LARGEST_TREE`: larger passes are traced in parts.
     """
     room = likely_room(camera, PIXELS_UNDER_JIT)
     plan = make_plan(scene, camera, max_depth=max_depth, capacity=room, footprint=footprint, pass_of=PIXELS_UNDER_JIT)
@@ -291,7 +290,7 @@ def _worst_case(plan: Plan) -> int:
 
 
 def _largest_tree(plan: Plan) -> int:
-    """The most rays that one camera ray can bring about, itself not counted."""
+    """The most rays that one camera ray can bring about, but for what those past a silhouette send on in their turn."""
     branches = plan.effects.reflection + plan.effects.refraction
     rays = sum(branches**level for level in range(1, plan.max_depth)) if plan.effects.branching else 0
-    return 3 * (rays + 1) if plan.footprint else rays
+    return (1 + MOST_PASSED) * (rays + 1) if plan.footprint else rays

@@ -1,7 +1,7 @@
 """The scene and the unknowns of a fit without names and bounds, for its programs.
 
-What a compiled program is known by must not hang on what things are called, or on where an interval ends: another scene of the
-same kind takes the same program.
+What a compiled program is known by must not hang on what things are called, or on where an interval ends: another
+scene of the same kind takes the same program.
 """
 
 from collections.abc import Iterable
