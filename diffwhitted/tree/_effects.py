@@ -126,7 +126,8 @@ def _caster(asked: Asked) -> str | None:
     objects = asked.scene.objects
     if len(objects) == 1 and objects[0].FLAT:
         return None
-    return f"object {objects[0].name!r} and others can block a light" if objects else None
+    others = " and others" if len(objects) > 1 else ""
+    return f"object {objects[0].name!r}{others} can block a light" if objects else None
 
 
 def _no_shadows(asked: Asked) -> str | None:

@@ -11,7 +11,8 @@ from ...records import Row
 
 
 class AbstractBackground(eqx.Module):
-    """What surrounds the scene. A new kind states `TYPE`, `ROWS`, `seen`, and its fields with their checks."""
+    """What surrounds the scene. A new kind states `TYPE`, `ROWS`, `seen`, and its fields with their
+    checks; `__init__` takes the rows by their names, and `place`, which is what messages call the record."""
 
     TYPE: ClassVar[str]
     ALSO: ClassVar[dict[str, tuple[Row, ...]]] = {}

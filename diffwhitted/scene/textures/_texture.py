@@ -13,7 +13,8 @@ from ...records import Row
 
 
 class AbstractTexture(eqx.Module):
-    """A pattern. A new kind states `TYPE`, `ROWS`, `at`, and its fields with their checks.
+    """A pattern. A new kind states `TYPE`, `ROWS`, `at`, and its fields with their checks; `__init__` takes the rows by
+    their names, and `place`, which is what messages call the record.
 
     Textures of one kind are stacked; for each ray the one that it needs is looked up, so all fields have the shape of
     one texture with the rays as a leading axis.
