@@ -182,6 +182,8 @@ def _build(
             pass_of=PART_PIXELS,
             block_of=PART_RAYS,
         )
+        # One tree may serve the whole fit, whatever its coefficients become: every branch of it is followed.
+        plan = replace(plan, zero_weights=False)
         groups, side = places[:, None] if moving else places[None], 1 / max(footprint, 1)
         marks = marks_of(scene, plan.at_work)
         seen_by, cut_off = called["camera"][target.camera], cut_off or plan.effects.cutoff

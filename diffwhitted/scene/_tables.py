@@ -187,7 +187,7 @@ def _column(values: list, coloured: bool):
 def _some(coefficient: Vec3 | Float[Array, "materials"]) -> Bool[Array, "materials"]:
     """Is any channel above zero?"""
     channels = (coefficient.x, coefficient.y, coefficient.z) if isinstance(coefficient, Vec3) else (coefficient,)
-    return reduce(or_, (channel > 0 for channel in channels))
+    return reduce(or_, (channel != 0 for channel in channels))
 
 
 def _ranked(objects) -> Int[Array, "objects"]:

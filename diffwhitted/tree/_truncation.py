@@ -43,10 +43,10 @@ def followed(
         point, transmitted = weighed_point(tables, plan, at, needed), jnp.full_like(mirror, TRANSMITTED)
         weights = weight(plan, point, mirror), weight(plan, point, transmitted)
     if lit:
-        keep_mirror, keep_through = (deeper & (_brightest(throughput * w) > 0) for w in weights)
+        keep_mirror, keep_through = (deeper & _any(throughput * w) for w in weights)
     elif plan.zero_weights:
-        alive = _brightest(throughput) > 0
-        keep_mirror, keep_through = (deeper & (alive | (_brightest(w) > 0)) for w in weights)
+        alive = _any(throughput)
+        keep_mirror, keep_through = (deeper & (alive | _any(w)) for w in weights)
     if plan.effects.cutoff:
         enough = [_brightest(throughput * w) >= tables.cutoff for w in weights]
         keep_mirror, keep_through = keep_mirror & enough[0], keep_through & enough[1]
@@ -84,3 +84,8 @@ def left_out(
 
 def _brightest(colour: Vec3):
     return jnp.maximum(jnp.maximum(colour.x, colour.y), colour.z)
+
+
+def _any(colour: Vec3) -> Bool[Array, "n"]:
+    """Is any channel other than zero? A difference may try a coefficient a little below it."""
+    return (colour.x != 0) | (colour.y != 0) | (colour.z != 0)
