@@ -124,7 +124,7 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         cutoff=jnp.asarray(scene.cutoff),
         mirrors=marks.wanted["k_s"] | _some(table["k_s"]),
         transparent=marks.wanted["k_t"] | _some(table["k_t"]),
-        clear=_some(table["k_t"]),
+        clear=(table["k_t"].x > 0) | (table["k_t"].y > 0) | (table["k_t"].z > 0),
         glass_of=place_in_glass[material_of],
         rank=_ranked(objects),
         marks=marks,
@@ -185,7 +185,7 @@ def _column(values: list, coloured: bool):
 
 
 def _some(coefficient: Vec3 | Float[Array, "materials"]) -> Bool[Array, "materials"]:
-    """Is any channel above zero?"""
+    """Is any channel other than zero?"""
     channels = (coefficient.x, coefficient.y, coefficient.z) if isinstance(coefficient, Vec3) else (coefficient,)
     return reduce(or_, (channel != 0 for channel in channels))
 
