@@ -129,6 +129,19 @@ def test_names_of_materials_reach_the_terminal_written_out(capsys):
     assert r"\x1b[31m.toml" in written
 
 
+def test_names_of_numbers_reach_the_terminal_written_out(tmp_path, capfd):
+    scene = dw.Scene(
+        objects=[dw.Sphere("ball", (0, 0, 0), 1, f"{RED}m")],
+        materials={f"{RED}m": dw.Material(k_a=0.5)},
+        cameras={f"{RED}main": dw.Camera((0, 0, 4), (0, 0, 0), 40, 4, 3)},
+    )
+    dw.save_scene(scene, tmp_path / "scene.toml")
+    assert main(["parameters", str(tmp_path / "scene.toml")]) == 0
+    out, err = capfd.readouterr()
+    assert "\x1b" not in out + err
+    assert r"\x1b[31mm.k_a" in out and r"\x1b[31mm.k_t = 0, so" in out
+
+
 def test_a_warning_of_ours_is_a_note(capsys):
     """Where the command line shows warnings; others are shown as Python does."""
     shown = []

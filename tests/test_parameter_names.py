@@ -257,3 +257,22 @@ def test_a_kind_that_is_registered_has_its_names_from_its_rows():
         ]  # fmt: skip
         with pytest.raises(dw.SceneError, match="light 'neon': width = 0; allowed is > 0"):
             dw.replace_parameter(scene, "light.neon.width", 0)
+
+
+def test_an_empty_name_is_a_name_and_two_lights_without_one_are_two():
+    ball, lamp = dw.Sphere("", (0, 0, 0), 1, ""), dw.PointLight((1, 2, 3), 1.0, name="")
+    camera, tiles = dw.Camera((0, 0, 5), (0, 0, 0), 40, 8, 6), dw.Checker([(1, 1, 1), (0, 0, 0)])
+    scene = dw.Scene(
+        objects=[ball], materials={"": dw.Material()}, lights=[lamp, lamp], cameras={"": camera}, textures={"": tiles}
+    )
+    assert [light.name for light in scene.lights] == ["light_1", "light_2"]
+    for parameter in dw.parameters(scene):
+        assert dw.scene.find_parameter(scene, parameter.name) == (parameter, None)
+
+
+@pytest.mark.parametrize("value", [5.0, 7, None, [[0, 0, 0], [1, 0]], 10**400])
+def test_corners_that_are_no_list_of_points_are_refused(value):
+    with pytest.raises(dw.SceneError, match="vertices"):
+        dw.replace_parameter(one_of_each(), "object.sail.vertices", value)
+    with pytest.raises(dw.SceneError, match="vertices"):
+        dw.Polygon("sail", value, "matte")

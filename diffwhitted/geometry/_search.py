@@ -4,7 +4,7 @@ The numbering runs through the families in their order. Each family searches its
 `AbstractSurfaces`); here the answers of the families are put together.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import reduce
 from typing import Any
 
@@ -87,12 +87,18 @@ def crossing_counts(
 
 
 def containing(
-    shapes: Shapes, point: Vec3, solids: Sequence[Int[Array, "_"]], rank: Int[Array, "objects"], but: Int[Array, "n"]
+    shapes: Shapes,
+    point: Vec3,
+    solids: Sequence[Int[Array, "_"]],
+    rank: Int[Array, "objects"],
+    but: Int[Array, "n"],
+    counted: Callable[[Int[Array, ""]], Bool[Array, "n"]] | None = None,
 ) -> Int[Array, "n"]:
     """The solid of the lowest rank that holds the point, leaving out the one named in `but`; -1 if none does.
 
     `solids`: for each family the numbers of the solids to be asked, -1 in the room to spare. With the smallest first,
-    this is the innermost of nested solids.
+    this is the innermost of nested solids. `counted` tells for which points the solid of a number counts; all by
+    default.
     """
     last = jnp.iinfo(jnp.int32).max
     best = jnp.full(point.shape, last, jnp.int32), jnp.full(point.shape, NOTHING, jnp.int32)
@@ -102,6 +108,7 @@ def containing(
             number = numbers[k]
             solid = jax.tree.map(lambda a: a[jnp.maximum(number - first, 0)], family)
             inner = solid.contains(point) & (but != number) & (number >= 0) & (rank[number] < best[0])
+            inner = inner if counted is None else inner & counted(number)
             return where(inner, (rank[number], number), best)
 
         best = repeated(numbers.shape[0], ask, best)

@@ -13,11 +13,11 @@ from ._checks import (
 )
 from ._copies import changed, grouped, member, member_count, members_at, moved, shifted, stacked
 from ._registry import Registry
-from ._row import REQUIRED, Row, read_rows, rows_of
+from ._row import REQUIRED, Row, entries, read_rows, rows_of
 from ._scale import SCALES, Scale, typical_size
 
 __all__ = [
-    "DEEPEST", "REQUIRED", "SCALES", "Registry", "Row", "Scale", "changed", "depth_number", "grouped", "is_traced",
-    "listed", "member", "member_count", "members_at", "moved", "nearest_name", "number_array", "read_rows", "require",
-    "rows_of", "shifted", "shortest", "stacked", "typical_size", "whole_number",
+    "DEEPEST", "REQUIRED", "SCALES", "Registry", "Row", "Scale", "changed", "depth_number", "entries", "grouped",
+    "is_traced", "listed", "member", "member_count", "members_at", "moved", "nearest_name", "number_array", "read_rows",
+    "require", "rows_of", "shifted", "shortest", "stacked", "typical_size", "whole_number",
 ]  # fmt: skip

@@ -27,7 +27,7 @@ def number_array(value, place: str, field: str, shapes: tuple[tuple[int, ...], .
     """
     try:
         array = value if is_traced(value) else np.asarray(value, dtype=_float_dtype(value))
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise SceneError(f"{place}: {field} = {value!r} is not a number or a list of numbers") from error
     if array.shape not in shapes:
         allowed = " or ".join(

@@ -124,11 +124,19 @@ class Row:
 
     def read(self, value, place: str):
         """`value` as an array of this row, or `SceneError` naming the place, the value and what is allowed."""
-        shapes = _SHAPES[self.kind] if self.kind in _SHAPES else ((len(value), 3),)
+        shapes = _SHAPES[self.kind] if self.kind in _SHAPES else ((entries(value), 3),)
         array = number_array(value, place, self.name, shapes)
         if self.allowed():
             require(self.holds, place, self.name, array, self.allowed())
         return array if self.kind != "colour" or array.shape else array * np.ones(3, array.dtype)
+
+
+def entries(value) -> int:
+    """The length of a list; 1 of what is none, whose shape is then refused."""
+    try:
+        return len(value)
+    except TypeError:
+        return 1
 
 
 def rows_of(record) -> dict[str, Row]:

@@ -45,13 +45,14 @@ class Parameter:
     @property
     def name(self) -> str:
         """Such as "light.key.colour"; of a material without the family word."""
-        words = (self.owner,) if self.family == "material" else (self.family, self.owner)
-        return ".".join(word for word in (*words, self.row.name) if word)
+        if self.family in WITHOUT_NAME:
+            return f"{self.family}.{self.row.name}"
+        return f"{'' if self.family == 'material' else f'{self.family}.'}{self.owner}.{self.row.name}"
 
     @property
     def place(self) -> str:
         """The record, as messages call it."""
-        return f"{self.family} {self.owner!r}" if self.owner else self.family
+        return self.family if self.family in WITHOUT_NAME else f"{self.family} {self.owner!r}"
 
     def value(self, scene: Scene):
         """Its value; an absent k_h reads as k_s."""

@@ -138,8 +138,7 @@ class Scene(eqx.Module):
 def _named(lights: Iterable[AbstractLight]) -> tuple[AbstractLight, ...]:
     """The lights, those without a name called light_1, light_2, ... by their place."""
     return tuple(
-        light if light.name is not None else changed(light, name=f"light_{number}")
-        for number, light in enumerate(lights, 1)
+        light if light.name else changed(light, name=f"light_{number}") for number, light in enumerate(lights, 1)
     )
 
 

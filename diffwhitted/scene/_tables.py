@@ -59,7 +59,9 @@ class Tables(eqx.Module):
     mirrors: Bool[Array, "materials"]
     """Does the material send mirror rays?"""
     transparent: Bool[Array, "materials"]
-    """Does it let light through?"""
+    """Does it let light through, or is a derivative wanted for which its rays are followed?"""
+    clear: Bool[Array, "materials"]
+    """Does it let light through as it is? What does not is no medium and reflects nothing totally."""
     glass_of: Int[Array, "objects"]
     """The place of each object's material in `marks.glass`, -1 for none."""
     rank: Int[Array, "objects"]
@@ -122,6 +124,7 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         cutoff=jnp.asarray(scene.cutoff),
         mirrors=marks.wanted["k_s"] | _some(table["k_s"]),
         transparent=marks.wanted["k_t"] | _some(table["k_t"]),
+        clear=(table["k_t"].x > 0) | (table["k_t"].y > 0) | (table["k_t"].z > 0),
         glass_of=place_in_glass[material_of],
         rank=_ranked(objects),
         marks=marks,
@@ -182,7 +185,7 @@ def _column(values: list, coloured: bool):
 
 
 def _some(coefficient: Vec3 | Float[Array, "materials"]) -> Bool[Array, "materials"]:
-    """Is any channel above zero?"""
+    """Is any channel other than zero?"""
     channels = (coefficient.x, coefficient.y, coefficient.z) if isinstance(coefficient, Vec3) else (coefficient,)
     return reduce(or_, (channel != 0 for channel in channels))
 

@@ -15,7 +15,7 @@ from ..geometry import AbstractSurfaces, Footprint, Ray, steps_on_surface
 from ..numerics._coverage import Linear
 from ..numerics._safe import length, normalise, power_of_two, safe_divide
 from ..numerics._vector import Vec3, cross, dot, vec3, where
-from ..records import Row, is_traced, number_array, stacked
+from ..records import Row, entries, is_traced, number_array, stacked
 from ._object import AbstractObject
 from ._plane import Planes
 
@@ -168,7 +168,7 @@ class Polygon(AbstractObject):
     def __init__(self, name: str, vertices, material: str, place: str | None = None):
         place = place or f"object {name!r}"
         self.name, self.material = name, material
-        count = len(vertices)
+        count = entries(vertices)
         if count < 3:
             raise SceneError(f"{place}: vertices has {count} points; allowed is three or more")
         self.vertices = number_array(vertices, place, "vertices", ((count, 3),))

@@ -30,7 +30,8 @@ def branches(
     through = there & lookup(tables.transparent, material)
     if plan.effects.total_internal_reflection:
         some, all = _total_reflection(tables, at)
-        mirror = jnp.where(through & some, jnp.int32(TOTAL), mirror) if plan.total_reflection_is_full else mirror
+        if plan.total_reflection_is_full:
+            mirror = jnp.where(through & lookup(tables.clear, material) & some, jnp.int32(TOTAL), mirror)
         through = through & ~all
     return mirror, through, past
 

@@ -25,7 +25,7 @@ from ..geometry import (
     surface_at,
 )  # fmt: skip
 from ..numerics._stage import empty_buffers, packed, running_count, stage, write_block
-from ..numerics._vector import Vec3, where
+from ..numerics._vector import Vec3, lookup, where
 from ..scene import Camera, Tables
 from ._arrival import BRANCHES, PAST, TRANSMITTED, Arrival, Origin, arrival
 from ._beam import arriving
@@ -112,7 +112,8 @@ def follow(
         if weighed:
             throughput = where(origin.lineage == 0, white, throughput) * factor
         # Find the surfaces that they meet, what lights see of these points, and the rays that go on from there.
-        nodes, at, children = follow_rays(ray, footprint, sides, origin, alive.any())
+        dark = jnp.maximum(jnp.maximum(throughput.x, throughput.y), throughput.z) <= 0 if weighed else one < 0
+        nodes, at, children = follow_rays(ray, footprint, sides, origin, dark, alive.any())
         lineage, count, sends = q.lineage, q.count, None
         if plan.branching:
             sends = followed(tables, plan, at, origin.level, throughput, children, alive.any(), lit)
@@ -129,7 +130,7 @@ def follow(
         return _Queue(end, q.block + 1, lineage, count, *buffers, *bounds, film)
 
     # Begin with the camera rays of the pass, and room for all that may follow.
-    shapes = jax.eval_shape(follow_rays, *any_ray(plan, one.dtype), jnp.bool_(True))[:2]
+    shapes = jax.eval_shape(follow_rays, *any_ray(plan, one.dtype), one > 0, jnp.bool_(True))[:2]
     buffers = empty_buffers((*shapes, white if weighed else None), plan.slots)
     film = empty_buffers(((white,) * kinds if light_of else None, white if bounded else None), plan.pass_pixels)
     lineage, bounds = jnp.zeros(plan.slots, jnp.int32), jnp.full(plan.blocks, room, jnp.int32)
@@ -177,9 +178,19 @@ def _origin(
 
 
 def _follow(
-    tables: Tables, plan: Plan, ray: Ray, footprint: Footprint | None, departure: Departure, origin: Origin, needed
+    tables: Tables,
+    plan: Plan,
+    ray: Ray,
+    footprint: Footprint | None,
+    departure: Departure,
+    origin: Origin,
+    dark,
+    needed,
 ):
-    """Find the surface that each ray meets: its node, its arrival, and its children."""
+    """Find the surface that each ray meets: its node, its arrival, and its children.
+
+    `dark`: the ray carries no light, and is followed for a derivative.
+    """
     shapes = tables.shapes
     # Find the closest surface along each ray.
     primitive, crossing, entering, cut = _meets(tables, ray, footprint, departure, needed)
@@ -191,7 +202,12 @@ def _follow(
     # Find the solid that surrounds the object, for the index on its outer side.
     outside = None
     if plan.effects.nested_media:
-        outside = containing(shapes, hit.point, tables.marks.solids, tables.rank, but=hit.object)
+        clear = lookup(tables.clear, tables.material_of)
+
+        def counted(number):
+            return clear[number] | dark
+
+        outside = containing(shapes, hit.point, tables.marks.solids, tables.rank, hit.object, counted)
     at = arrival(hit, direction, outside, beam)
     # Find what each light sees of the point, and which rays it sends on.
     seen = shadows_at(tables, plan, at, needed)

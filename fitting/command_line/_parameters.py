@@ -120,6 +120,7 @@ def parameter_table(rows: list[dict[str, Any]], width: int) -> Group:
     from rich.table import Table
     from rich.text import Text
 
+    from diffwhitted._errors import printable
     from fitting.telling._layout import column_widths, folded
 
     notes: dict[str, int] = {}
@@ -129,7 +130,7 @@ def parameter_table(rows: list[dict[str, Any]], width: int) -> Group:
         unit = "" if row["unit"] == "1" else row["unit"]
         cells = row["name"], _value_text(row["value"]), unit, _bounds_text(row), row["moves"], note or "yes"
         for column, cell in zip(columns.values(), cells, strict=True):
-            column.append(cell)
+            column.append(printable(cell))
     short = {**columns, "name": folded(columns["name"])}
     attempts = (columns, short, {key: cells for key, cells in short.items() if key != "bounds"})
     shown, widths = attempts[-1], None
@@ -142,7 +143,7 @@ def parameter_table(rows: list[dict[str, Any]], width: int) -> Group:
         table.add_column(header, width=column_width, overflow="fold")
     for cells in zip(*shown.values(), strict=True):
         table.add_row(*map(Text, cells))
-    reasons = [f"[{number}] {why}" for why, number in notes.items()]
+    reasons = [f"[{number}] {printable(why)}" for why, number in notes.items()]
     return Group(table, *map(Text, ["", *reasons] if reasons else []))
 
 
