@@ -72,6 +72,7 @@ def test_readme_shows_every_command():
         "derivative",
         "explain",
         "fit",
+        "parameters",
         "render",
         "schema",
         "tradeoff",

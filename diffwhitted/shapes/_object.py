@@ -15,10 +15,12 @@ from ..records import Row, moved, stacked
 
 
 class AbstractObject(eqx.Module):
-    """What is there. A new shape states `TYPE`, `ROWS`, `FAMILY`, `family`, and its fields with their checks.
+    """What is there.
 
-    `name` and `material` are static fields (`eqx.field(static=True)`); `__init__` takes them, the rows by their names, and
-    `place`, which is what messages call the record."""
+    A new shape states `TYPE`, `ROWS`, `FAMILY`, `family`, and its fields with their checks.
+
+    `name` and `material` are static fields (`eqx.field(static=True)`); `__init__` takes them, the rows by their names,
+    and `place`, which is what messages call the record."""
 
     TYPE: ClassVar[str]
     """What scene files call it."""

@@ -216,7 +216,7 @@ _KINDS = {
     "mirror": "mirror (k_s)",
     "transmitted": "transmitted (k_t)",
     "total": "total reflection",
-    "past": "past an outline",
+    "past": "past a silhouette",
 }
 
 

@@ -14,8 +14,8 @@ from ...records import Row, moved
 class AbstractLight(eqx.Module):
     """A source of light. A new kind states `TYPE`, `ROWS`, `arriving`, and its fields with their checks.
 
-    `name` is a static field (`eqx.field(static=True)`); `__init__` takes the rows by their names, `name`, and `place`, which
-    is what messages call the record."""
+    `name` is a static field (`eqx.field(static=True)`); `__init__` takes the rows by their names, `name`, and `place`,
+    which is what messages call the record."""
 
     TYPE: ClassVar[str]
     """What scene files call it."""
