@@ -5,9 +5,9 @@ is an array, so that pictures of other numbers, names or materials share a compi
 by kind in the order of the registry, materials and textures by name.
 """
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from functools import reduce
-from operator import or_
+from operator import gt, ne, or_
 
 import equinox as eqx
 import jax
@@ -124,7 +124,7 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         cutoff=jnp.asarray(scene.cutoff),
         mirrors=marks.wanted["k_s"] | _some(table["k_s"]),
         transparent=marks.wanted["k_t"] | _some(table["k_t"]),
-        clear=(table["k_t"].x > 0) | (table["k_t"].y > 0) | (table["k_t"].z > 0),
+        clear=_some(table["k_t"], gt),
         glass_of=place_in_glass[material_of],
         rank=_ranked(objects),
         marks=marks,
@@ -184,10 +184,10 @@ def _column(values: list, coloured: bool):
     return vec3(stacked(list(map(three, values))))
 
 
-def _some(coefficient: Vec3 | Float[Array, "materials"]) -> Bool[Array, "materials"]:
-    """Is any channel other than zero?"""
+def _some(coefficient: Vec3 | Float[Array, "materials"], than: Callable = ne) -> Bool[Array, "materials"]:
+    """Is any channel other than zero, or greater (`gt`)?"""
     channels = (coefficient.x, coefficient.y, coefficient.z) if isinstance(coefficient, Vec3) else (coefficient,)
-    return reduce(or_, (channel != 0 for channel in channels))
+    return reduce(or_, (than(channel, 0) for channel in channels))
 
 
 def _ranked(objects) -> Int[Array, "objects"]:

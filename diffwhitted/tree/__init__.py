@@ -1,8 +1,8 @@
 """The ray tree: planned once, recorded without derivatives, replayed with them.
 
 Four words stand throughout. Rays are followed in blocks; `needed` says whether any ray of a block is alive. A `stage`
-is a piece of work whose results XLA writes down once, in place of repeating it in each of its uses; it is skipped where it
-is not needed. `packed` work is gathered from the few rays that want it, and put back. `always` is a condition that
+is a piece of work whose results XLA writes down once, in place of repeating it in each of its uses; it is skipped where
+it is not needed. `packed` work is gathered from the few rays that want it, and put back. `always` is a condition that
 holds. See `numerics/_stage`.
 """
 
