@@ -9,6 +9,7 @@ VENV := .venv
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python3.14; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
 READY := $(VENV)/ready
+PAGES := $(VENV)/pages
 
 .PHONY: demo test quick check docs benchmark clean
 
@@ -28,7 +29,7 @@ check: $(READY)
 	$(VENV)/bin/ruff check
 	$(VENV)/bin/pyright --pythonpath $(VENV)/bin/python
 
-docs: $(READY)
+docs: $(PAGES)
 	$(VENV)/bin/python docs/generated.py
 	$(VENV)/bin/zensical build --strict
 	@echo "site/index.html"
@@ -41,7 +42,11 @@ $(READY): pyproject.toml
 	@test -d $(VENV)/bin || $(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
 		echo "The venv module of $(PYTHON) is missing: sudo apt-get install python3-venv, then try again"; exit 1; }
 	$(VENV)/bin/python -m pip install -qq --disable-pip-version-check --upgrade pip
-	$(VENV)/bin/python -m pip install -qq --disable-pip-version-check --editable '.[test,check,docs]'
+	$(VENV)/bin/python -m pip install -qq --disable-pip-version-check --editable '.[test,check]'
+	@touch $@
+
+$(PAGES): $(READY)
+	$(VENV)/bin/python -m pip install -qq --disable-pip-version-check --editable '.[docs]'
 	@touch $@
 
 clean:
