@@ -19,10 +19,10 @@ demo: $(READY)
 		--truth examples/three_spheres_truth.toml --out demo-output
 
 test: $(READY)
-	$(VENV)/bin/python -m pytest -q -n 2 --dist loadfile --durations=15
+	$(VENV)/bin/python -m pytest -q -n 2 --dist loadfile --no-loadscope-reorder --durations=15
 
 quick: $(READY)
-	$(VENV)/bin/python -m pytest -q -n 2 --dist loadfile -m "not slow"
+	$(VENV)/bin/python -m pytest -q -n 2 --dist loadfile --no-loadscope-reorder -m "not slow"
 
 check: $(READY)
 	$(VENV)/bin/ruff format --check
