@@ -124,3 +124,19 @@ def test_a_fit_of_traced_pictures_is_refused(transform):
     scene = scene_of(dict(k_d=0.5))
     with pytest.raises(fitting.FitError, match="traced.*outside jax.jit"):
         transform(lambda picture: fitting.fit(scene, picture, ["ball.k_d"]).loss)(jnp.zeros((2, 6, 8, 3)))
+
+
+def test_a_plan_of_more_serves_a_scene_that_calls_for_less():
+    """The plan has textures; what wears them is black now. Ambient light alone is left: k_a I_a, by hand."""
+
+    def floor(k_d: float) -> dw.Scene:
+        return dw.Scene(
+            objects=[dw.Plane("floor", (0, 1, 0), 0, "floor")],
+            materials={"floor": dw.Material(k_a=0.25, k_d=k_d, k_d_texture="tiles")},
+            textures={"tiles": dw.Checker(((0, 0, 0), (1, 1, 1)))},
+            lights=[dw.PointLight((0, 3, 0), (1, 1, 1))],
+        )
+
+    camera = dw.Camera((0, 2, 0), (0, 0, -0.1), 30, 8, 6)
+    plan = dw.plan(floor(0.5), camera)
+    np.testing.assert_allclose(dw.render(floor(0.0), camera, plan=plan), 0.25, rtol=1e-6)

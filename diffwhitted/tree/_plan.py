@@ -130,7 +130,8 @@ class Plan:
         idle = [name for name in needed.at_work if name not in self.at_work]
         if needed.zero_weights and not self.zero_weights and idle:
             return f"{idle[0]} was zero when it was made, and may not be now"
-        if not set(needed.highlight_models) <= set(self.highlight_models) or self.textured != needed.textured:
+        textured = not needed.textured or self.textured == needed.textured
+        if not (textured and set(needed.highlight_models) <= set(self.highlight_models)):
             return "it was made for a scene with other highlights or textures"
         if self.total_reflection_is_full != needed.total_reflection_is_full:
             return "it was made for another total_internal_reflection"
