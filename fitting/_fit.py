@@ -11,7 +11,7 @@ import numpy as np
 
 from diffwhitted._errors import FarFromOrigin
 from diffwhitted.scene import Scene, depth_number, is_traced, marks_of, near, whole_number
-from diffwhitted.tree import POINTS, decide_effects, likely_room, make_plan, points_only, sample_places
+from diffwhitted.tree import decide_effects, likely_room, make_plan, points_only, sample_places, trees_or_points
 
 from ._errors import FitError
 from ._outcome import outcome, with_runs
@@ -157,7 +157,8 @@ def _able(scene: Scene, unknowns: tuple[Unknown, ...], footprint: int, samples: 
             f"free: {moving} moves edges in the picture, and {what} knows points only, which do not see them move; "
             f"fix {moving} at a known value, or leave {what} out of the scene"
         )
-    return 0, max(samples, POINTS * footprint)
+    footprint, points = trees_or_points(scene, footprint)
+    return footprint, max(samples, points)
 
 
 def _build(

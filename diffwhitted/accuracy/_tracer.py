@@ -20,17 +20,16 @@ from ..rendering._antialias import antialias, compile_antialias
 from ..rendering._radiance_bound import most_beyond
 from ..scene import DEEPEST, Camera, Scene, Tables, near
 from ..tree import (
-    POINTS,
     Beyond,
     Plan,
     Samples,
     likely_room,
     make_plan,
-    points_only,
     sample_places,
     tables_of,
     trace,
     trace_left_out,
+    trees_or_points,
 )
 from ._knobs import Settings
 
@@ -107,9 +106,8 @@ class Tracer:
 
     def _able(self, settings: Settings) -> Settings:
         """The same with points in place of filtered trees where something in the scene knows points only."""
-        if not settings.footprint or not points_only(self.scene):
-            return settings
-        return replace(settings, footprint=0, samples=POINTS * settings.footprint)
+        footprint, points = trees_or_points(self.scene, settings.footprint)
+        return settings if footprint == settings.footprint else replace(settings, footprint=0, samples=points)
 
     def _corners(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Column and row of pixels."""

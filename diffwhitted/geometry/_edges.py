@@ -11,10 +11,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from ..numerics._coverage import Linear
-from ..numerics._vector import lookup, where
+from ..numerics._vector import where
 from ._footprint import Footprint
 from ._hit import Hit
-from ._ray import NOTHING, Departure, Ray
+from ._ray import NOTHING, Departure, Ray, counted_from
 from ._search import Shapes
 
 
@@ -44,9 +44,8 @@ def nearest_part(shapes: Shapes, ray: Ray, footprint: Footprint, departure: Depa
     no = jnp.zeros(ray.origin.shape, bool)
     nobody = jnp.full(no.shape, NOTHING, jnp.int32)
     best = jnp.full(no.shape, jnp.inf, ray.origin.dtype), nobody, jnp.zeros(no.shape, jnp.int8), no, no
-    may_pass = departure.passed[-1] == NOTHING  # asked here: families count from their own first surface
     for first, family in shapes.numbered():
-        distance, member, *rest = family.nearest_part(ray, footprint, departure.counted_from(first), may_pass)
+        distance, member, *rest = family.nearest_part(ray, footprint, departure.counted_from(first))
         best = where(distance < best[0], (distance, member + first, *rest), best)
     return best[1:]
 
@@ -64,9 +63,7 @@ def hidden_parts(
     part of it (`most` at most, -1 for none)? Further ones count whole or not at all."""
     whole, parts = jnp.zeros(ray.origin.shape, bool), (jnp.full(ray.origin.shape, NOTHING, jnp.int32),) * most
     for first, family in shapes.numbered():
-        # A part named by an earlier family gets a number below NOTHING, and so is neither free nor one of these
-        # members.
-        mine = tuple(jnp.where(part == NOTHING, NOTHING, part - first - 1) for part in parts)
+        mine = tuple(counted_from(first, part) for part in parts)
         flags = shapes.part(blocks, first, family)
         whole, mine = family.hidden_parts(ray, footprint, departure.counted_from(first), limit, flags, (whole, mine))
         parts = tuple(jnp.where(m >= 0, m + first, part) for m, part in zip(mine, parts, strict=True))
@@ -77,20 +74,15 @@ def silhouette_of(shapes: Shapes, ray: Ray, footprint: Footprint, primitive: Int
     """The silhouette of a known surface, differentiable; of no meaning for -1."""
     zero = jnp.zeros(ray.origin.shape, ray.origin.dtype)
     found = Linear(zero, zero, zero)
-    for first, family in shapes.numbered():
-        if not family.FOOTPRINT:
-            continue
-        mine = (primitive >= first) & (primitive < first + family.count)
-        silhouette, _ = lookup(family, jnp.where(mine, primitive - first, 0)).silhouette(ray, footprint)
-        found = where(mine, silhouette, found)
+    for mine, member in shapes.members(primitive):
+        if member.FOOTPRINT:
+            found = where(mine, member.silhouette(ray, footprint)[0], found)
     return found
 
 
 def curvature_at(shapes: Shapes, hit: Hit) -> Float[Array, "n"]:
     """The unit normal of a hit, on the side of the ray, changes by this times a small step along the surface."""
     found = jnp.zeros(hit.primitive.shape, hit.point.dtype)
-    for first, family in shapes.numbered():
-        mine = (hit.primitive >= first) & (hit.primitive < first + family.count)
-        member = lookup(family.carrier(), jnp.where(mine, hit.primitive - first, 0))
+    for mine, member in shapes.members(hit.primitive, lambda family: family.carrier()):
         found = jnp.where(mine, member.curvature(), found)
     return jnp.where(hit.entering, found, -found)

@@ -19,6 +19,13 @@ class Ray(eqx.Module):
         return self.origin + self.direction * distance
 
 
+def counted_from(first: int, number: Int[Array, "*n"]) -> Int[Array, "*n"]:
+    """Numbers of surfaces where `first` has the number 0: those before it get numbers below `NOTHING`, which stays."""
+    if first == 0:
+        return number
+    return jnp.where(number == NOTHING, NOTHING, number - first - (number < first))
+
+
 class Departure(eqx.Module):
     """The surface that a ray starts on, in place of a small offset.
 
@@ -42,5 +49,6 @@ class Departure(eqx.Module):
         return out
 
     def counted_from(self, first: int) -> "Departure":
-        """The same where surface `first` has the number 0; surfaces before it get negative numbers."""
-        return Departure(self.primitive - first, self.inwards, tuple(one - first for one in self.passed))
+        """The same where surface `first` has the number 0."""
+        passed = tuple(counted_from(first, one) for one in self.passed)
+        return Departure(counted_from(first, self.primitive), self.inwards, passed)

@@ -13,12 +13,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from ..numerics._stage import repeated
 from ..numerics._vector import Vec3, lookup, where
 from ._hit import Hit
 from ._ray import NOTHING, Departure, Ray
 from ._surface import AbstractSurfaces
-
-UNROLLED = 8
 
 
 class Shapes(eqx.Module):
@@ -34,6 +33,13 @@ class Shapes(eqx.Module):
         for family in self.families:
             yield first, family
             first += family.count
+
+    def members(self, primitive: Int[Array, "*n"], of: Callable = lambda family: family) -> Iterator[tuple]:
+        """For each family: which of the known surfaces are its own, and for each ray that member of it (or of what `of`
+        makes of the family); some other one, of no meaning, for the rest."""
+        for first, family in self.numbered():
+            mine = (primitive >= first) & (primitive < first + family.count)
+            yield mine, lookup(of(family), jnp.where(mine, primitive - first, 0))
 
     @property
     def count(self) -> int:
@@ -129,20 +135,9 @@ def surface_at(
     """
     distance = jnp.zeros(ray.origin.shape, ray.origin.dtype)
     found = distance, Vec3(distance, distance, distance), ray.origin, jnp.zeros(distance.shape, bool)
-    for first, family in shapes.numbered():
-        mine = (primitive >= first) & (primitive < first + family.count)
-        member = lookup(family.carrier(), jnp.where(mine, primitive - first, 0))
+    for mine, member in shapes.members(primitive, lambda family: family.carrier()):
         found = where(mine, member.surface(ray, crossing), found)
     distance, outward, point, enters = found
     enters = enters if entering is None else entering
     normal = where(enters, outward, -outward)
     return Hit(primitive, shapes.object_at(primitive), crossing, enters, point, normal, normal, distance)
-
-
-def repeated(count: int, step, carry, unrolled: int = UNROLLED):
-    """`carry = step(k, carry)` for k = 0 .. count - 1: unrolled for a few, as a compiled loop for many."""
-    if count > unrolled:
-        return jax.lax.fori_loop(0, count, step, carry)
-    for k in range(count):
-        carry = step(k, carry)
-    return carry

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from ..numerics._coverage import Linear, is_cut
+from ..numerics._stage import UNROLLED, repeated
 from ..numerics._vector import Vec3, dot, where
 from ._footprint import LEAST_COVERAGE, Footprint
 from ._ray import NOTHING, Departure, Ray
@@ -102,17 +103,13 @@ class AbstractSurfaces(eqx.Module):
         """The outward unit normal changes by this times a small step along the surface."""
         return jnp.zeros_like(jax.tree.leaves(self)[0])
 
-    def over(self, step: Callable, carry, unrolled: int = 8):
+    def over(self, step: Callable, carry, unrolled: int = UNROLLED):
         """`carry = step(number, member, carry)` over all members: unrolled for a few, as a compiled loop for many."""
 
         def one(k, carry):
             return step(k, jax.tree.map(lambda a: a[k], self), carry)
 
-        if self.count > unrolled:
-            return jax.lax.fori_loop(0, self.count, one, carry)
-        for k in range(self.count):
-            carry = one(k, carry)
-        return carry
+        return repeated(self.count, one, carry, unrolled)
 
     def nearest(self, ray: Ray, departure: Departure) -> tuple[Float[Array, "n"], Int[Array, "n"], Int[Array, "n"]]:
         """Distance (infinity on a miss), number and crossing of the first surface ahead. The default asks every
@@ -160,10 +157,12 @@ class AbstractSurfaces(eqx.Module):
 
         return self.over(either, jnp.zeros(ray.origin.shape, bool))
 
-    def nearest_part(self, ray: Ray, footprint: Footprint, departure: Departure, may_pass: Bool[Array, "n"]):
+    def nearest_part(self, ray: Ray, footprint: Footprint, departure: Departure):
         """The nearest member that covers part of the pixel: its distance, number, crossing, side, and whether its
-        silhouette cuts the pixel. Silhouettes count only where the ray `may_pass` one more.
+        silhouette cuts the pixel. Where as many surfaces are left out already as a departure can name,
+        silhouettes do not count.
         """
+        may_pass = departure.passed[-1] == NOTHING
 
         def closer(k, member, best):
             on_it = departure.primitive == k

@@ -16,6 +16,8 @@ from jaxtyping import Array, Bool, Float, Int
 LANES = 64
 """Every block is a multiple of this many rays."""
 PACKET = 512
+UNROLLED = 8
+"""A loop of no more steps is written out."""
 
 
 def stage(needed: Bool[Array, ""], work: Callable, *operands):
@@ -74,6 +76,15 @@ def running_count(counts: Float[Array, "n"]) -> tuple[Int[Array, "n"], Int[Array
     totals = through[:, -1]
     before = through - rows + (jnp.cumsum(totals) - totals)[:, None]
     return before.reshape(-1).astype(jnp.int32), totals.sum().astype(jnp.int32)
+
+
+def repeated(count: int, step: Callable, carry, unrolled: int = UNROLLED):
+    """`carry = step(k, carry)` for k = 0 .. count - 1: unrolled for a few, as a compiled loop for many."""
+    if count > unrolled:
+        return jax.lax.fori_loop(0, count, step, carry)
+    for k in range(count):
+        carry = step(k, carry)
+    return carry
 
 
 def empty_buffers(shapes, length: int):

@@ -59,6 +59,11 @@ def dot(a: Vec3, b: Vec3) -> Float[Array, "*n"]:
     return a.x * b.x + a.y * b.y + a.z * b.z
 
 
+def brightest(colour: Vec3) -> Float[Array, "*n"]:
+    """The largest of the three channels."""
+    return jnp.maximum(jnp.maximum(colour.x, colour.y), colour.z)
+
+
 def cross(a: Vec3, b: Vec3) -> Vec3:
     return Vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 

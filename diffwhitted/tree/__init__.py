@@ -19,15 +19,15 @@ from ._effects import (
 )  # fmt: skip
 from ._film import film_of
 from ._idle import idle
-from ._plan import POINTS, Plan, likely_room, make_plan, points_only, tables_of, unmeasured_plan
+from ._plan import Plan, likely_room, make_plan, points_only, tables_of, trees_or_points, unmeasured_plan
 from ._record import Nodes, Record, record
 from ._replay import replay, trace, trace_beside_small, trace_left_out
 from ._samples import Samples, grid, pixel_of, sample_places
 from ._truncation import Beyond
 
 __all__ = [
-    "BRANCH_NAMES", "EFFECT_NAMES", "POINTS", "Beyond", "Decision", "Effect", "Effects", "Nodes", "Plan", "Record",
+    "BRANCH_NAMES", "EFFECT_NAMES", "Beyond", "Decision", "Effect", "Effects", "Nodes", "Plan", "Record",
     "Samples", "calls_for", "decide_effects", "effect_rows", "film_of", "grid", "idle", "including_effect",
     "likely_room", "make_plan", "pixel_of", "points_only", "record", "replay", "sample_places", "tables_of", "trace",
-    "trace_beside_small", "trace_left_out", "unmeasured_plan",
+    "trace_beside_small", "trace_left_out", "trees_or_points", "unmeasured_plan",
 ]  # fmt: skip

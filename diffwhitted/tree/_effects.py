@@ -8,7 +8,8 @@ point or to the weights of its branches.
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Array, Int
@@ -42,18 +43,15 @@ class Asked:
         """The objects for which a coefficient is at work."""
         return [thing for thing in self.scene.objects if self.reasons.get((thing.material, coefficient))]
 
-    @property
+    @cached_property
     def reasons(self) -> Mapping[tuple[str, str], str]:
         """Why a coefficient of a material is at work, where it is."""
-        if not self._reasons:
-            for name, material in self.scene.materials.items():
-                for coefficient in material.values:
-                    if reason := calls_for(self.scene, name, coefficient, self.free):
-                        self._reasons[name, coefficient] = reason
-            self._reasons["", ""] = "asked"
-        return self._reasons
-
-    _reasons: dict[tuple[str, str], str] = field(default_factory=dict, compare=False, repr=False)
+        found = (
+            ((name, coefficient), calls_for(self.scene, name, coefficient, self.free))
+            for name, material in self.scene.materials.items()
+            for coefficient in material.values
+        )
+        return {at: reason for at, reason in found if reason}
 
 
 Reason = Callable[[Asked], str | None]

@@ -168,7 +168,7 @@ def make_plan(
     the room is the worst case, every ray branching down to `max_depth` (at most 16 M rays).
     """
     depth = scene.max_depth if max_depth is None else max_depth
-    trees, points = _trees_or_points(scene, scene.footprint if footprint is None else footprint)
+    trees, points = trees_or_points(scene, scene.footprint if footprint is None else footprint)
     effects = as_effects(decide_effects(scene, free, depth, trees))
     passes, pass_pixels, block = _split(
         camera.width * camera.height, pass_of, block_of or (FOOTPRINT_BLOCK if trees else BLOCK)
@@ -212,7 +212,7 @@ def points_only(scene: Scene) -> str | None:
     return next((f"texture {name!r} ({scene.textures[name].TYPE})" for name in plain), None)
 
 
-def _trees_or_points(scene: Scene, footprint: int) -> tuple[int, int]:
+def trees_or_points(scene: Scene, footprint: int) -> tuple[int, int]:
     """Filtered trees along the side of a pixel, or points where something in the scene knows no footprint, with a
     note.
     """

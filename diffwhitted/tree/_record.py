@@ -25,7 +25,7 @@ from ..geometry import (
     surface_at,
 )  # fmt: skip
 from ..numerics._stage import empty_buffers, packed, running_count, stage, write_block
-from ..numerics._vector import Vec3, lookup, where
+from ..numerics._vector import Vec3, brightest, lookup, where
 from ..scene import Camera, Tables
 from ._arrival import BRANCHES, PAST, TRANSMITTED, Arrival, Origin, arrival
 from ._beam import arriving
@@ -112,7 +112,7 @@ def follow(
         if weighed:
             throughput = where(origin.lineage == 0, white, throughput) * factor
         # Find the surfaces that they meet, what lights see of these points, and the rays that go on from there.
-        dark = jnp.maximum(jnp.maximum(throughput.x, throughput.y), throughput.z) <= 0 if weighed else one < 0
+        dark = brightest(throughput) <= 0 if weighed else one < 0
         nodes, at, children = follow_rays(ray, footprint, sides, origin, dark, alive.any())
         lineage, count, sends = q.lineage, q.count, None
         if plan.branching:

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Int
 
-from ..numerics._vector import Vec3, lookup, where
+from ..numerics._vector import Vec3, brightest, lookup, where
 from ..scene import Tables
 from ._arrival import TRANSMITTED, Arrival
 from ._plan import Plan
@@ -48,7 +48,7 @@ def followed(
         alive = _any(throughput)
         keep_mirror, keep_through = (deeper & (alive | _any(w)) for w in weights)
     if plan.effects.cutoff:
-        enough = [_brightest(throughput * w) >= tables.cutoff for w in weights]
+        enough = [brightest(throughput * w) >= tables.cutoff for w in weights]
         keep_mirror, keep_through = keep_mirror & enough[0], keep_through & enough[1]
     return jnp.where(keep_mirror, mirror, 0), through & keep_through, past
 
@@ -80,10 +80,6 @@ def left_out(
         # Where nothing is carried nothing is left out, be the most infinite.
         total = total + jax.tree.map(lambda c, m, gone=gone: jnp.where(gone & (c > 0), c * m, 0), carried, most)
     return total
-
-
-def _brightest(colour: Vec3):
-    return jnp.maximum(jnp.maximum(colour.x, colour.y), colour.z)
 
 
 def _any(colour: Vec3) -> Bool[Array, "n"]:
