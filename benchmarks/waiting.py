@@ -82,7 +82,7 @@ def _starts() -> list[Figure]:
                 environment.pop(name, None)
             command = [sys.executable, "-m", "fitting", "render", path, "-o", f"{path}.exr", "--width", "64"]
             begun = time.perf_counter()
-            subprocess.run([*command, "--height", "48", "--footprint", "1", "-q"], check=True, env=environment)
+            subprocess.run([*command, "--height", "48", "--footprint", "1"], check=True, env=environment)
             seconds.append(time.perf_counter() - begun)
     first = Figure("render --footprint 1, first start, in all", seconds[0], "s")
     return [first, Figure("the same, second start, other numbers and names", seconds[1], "s")]

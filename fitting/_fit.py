@@ -10,31 +10,29 @@ import jax.numpy as jnp
 import numpy as np
 
 from diffwhitted._errors import FarFromOrigin
-from diffwhitted.scene import Scene, depth_number, is_traced, marks_of, near, whole_number
-from diffwhitted.tree import decide_effects, likely_room, make_plan, points_only, sample_places, trees_or_points
+from diffwhitted.records import changed
+from diffwhitted.scene import Scene, depth_number, is_traced, near, whole_number
+from diffwhitted.tree import decide_effects, points_only, trees_or_points
 
 from ._errors import FitError
 from ._outcome import outcome, with_runs
 from ._result import FitResult, FitStep
 from .judging._rest import UNIT
 from .problem._bounds import Bounds
+from .problem._build import build
 from .problem._free_names import free_parameters, whole_names
-from .problem._nameless import nameless_scene, nameless_unknowns, numbered_names
-from .problem._problem import Problem, any_moves, prepared
+from .problem._problem import any_moves
+from .problem._shot_files import shots_of
 from .problem._target import CheckedTarget, as_targets
 from .problem._unknowns import Unknown, insert, list_unknowns, start_values
-from .problem._views import PART_PIXELS, PART_RAYS, view_of
 from .solving._solve import compile_solver
 from .solving._stages import run, stages_of
-
-SPARE = 1.4
-"""Moving rays come to be more: so many times the likely room, for more room later would be another program."""
 
 
 def fit(
     scene: Scene,
-    targets,
-    free: Sequence[str],
+    targets=None,
+    free: Sequence[str] = (),
     *,
     start: Mapping[str, float] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
@@ -49,8 +47,9 @@ def fit(
     """Find the free numbers of a scene, its material coefficients first, that make the rendered scene equal the
     targets.
 
-    - `targets`: a picture `(H, W, 3)` in linear Rec. 709 RGB, a `Target` (camera, mask, noise), a mapping from
-      camera names to pictures, or a sequence of targets.
+    - `targets`: a picture `(H, W, 3)` in linear Rec. 709 RGB, what `diffwhitted.read_image` gives, a `Target` (camera,
+      mask, noise, shot), a mapping from camera names to pictures, or a sequence of targets; None: the shots of the
+      scene, whose pictures are read.
     - `free`: names of `diffwhitted.parameters` ("glass.k_d", "light.key.position", "object.ball.centre.x") with
       wildcards: "*.k_d" means materials, all others begin with their family word ("light.*").
     - `start`, `bounds`: by name, with wildcards; otherwise the scene's values, and the bounds of the table or those
@@ -80,17 +79,17 @@ def fit(
         for name, value in (("starts", starts), ("samples", samples), ("max_steps", max_steps))
     )
     max_depth = depth_number(max_depth)
-    targets = as_targets(scene, targets)
-    given, scene = scene, _near_the_first(scene, targets)
+    targets, given = as_targets(scene, targets if targets is not None else shots_of(scene)), scene
+    scene = _near_the_first(changed(scene, shots=tuple(target.shot for target in targets)), targets)
     names, passed_over = free_parameters(scene, free, max_depth, {target.camera for target in targets})
     unknowns = list_unknowns(scene, names, bounds)
-    if given is not scene:
+    if given.keeps_digits:
         _require_no_places(unknowns)
     first = start_values(scene, unknowns, start)
     if footprint is None:
         footprint = scene.footprint or (samples if any_moves(unknowns) else 0)
     footprint, samples = _able(scene, unknowns, footprint, samples)
-    problem, scale = _build(scene, targets, names, unknowns, first, samples, max_depth, footprint)
+    problem, scale = build(scene, targets, names, unknowns, first, samples, max_depth, footprint)
     stages = stages_of(problem, targets, coarse_to_fine)
     compile_solver(problem, first)
     seconds_compile, solutions = time.perf_counter() - begun, []
@@ -104,8 +103,11 @@ def fit(
     )
     notes = tuple(f"{name} left as it is: {why}" for name, why in passed_over)
     result = outcome(scene, targets, problem, first, best, UNIT, effects, notes)
-    if given is not scene:
-        result = replace(result, scene=insert(given, unknowns, best.values.astype(given.dtype)))
+    if given.keeps_digits:
+        whole = changed(given, shots=scene.shots)
+        result = replace(result, scene=insert(whole, unknowns, best.values.astype(given.dtype)))
+    if not given.shots and not any(u.parameter.family == "shot" for u in unknowns):
+        result = replace(result, scene=changed(result.scene, shots=()))
     return with_runs(result, solutions, seconds_compile)
 
 
@@ -159,39 +161,6 @@ def _able(scene: Scene, unknowns: tuple[Unknown, ...], footprint: int, samples: 
         )
     footprint, points = trees_or_points(scene, footprint)
     return footprint, max(samples, points)
-
-
-def _build(
-    scene: Scene, targets: tuple[CheckedTarget, ...], names, unknowns, first, samples: int, max_depth, footprint: int
-):
-    """The problem, and the number by which its mean square becomes the sum of squares; all programs are compiled."""
-    total = float(sum(3 * (t.mask > 0).sum() for t in targets))
-    moving, places = any_moves(unknowns), sample_places(footprint or samples, scene.dtype)
-    values, bounds = jnp.asarray(first, scene.dtype), Bounds(unknowns)
-    called, views, cut_off = numbered_names(scene), [], False
-    for target in targets:
-        camera = scene.cameras[target.camera]
-        weight = np.sqrt(target.mask) / (UNIT if target.noise is None else target.noise) / np.sqrt(total)
-        room = int(likely_room(camera, PART_PIXELS) * (SPARE if moving else 1))
-        plan = make_plan(
-            scene,
-            camera,
-            free=whole_names(scene, names),
-            max_depth=max_depth,
-            capacity=room,
-            footprint=footprint,
-            pass_of=PART_PIXELS,
-            block_of=PART_RAYS,
-        )
-        # One tree may serve the whole fit, whatever its coefficients become: every branch of it is followed.
-        plan = replace(plan, zero_weights=False)
-        groups, side = places[:, None] if moving else places[None], 1 / max(footprint, 1)
-        marks = marks_of(scene, plan.at_work)
-        seen_by, cut_off = called["camera"][target.camera], cut_off or plan.effects.cutoff
-        views.append(view_of(seen_by, target.image, weight, groups, side, plan.program, marks))
-    plain, nameless = nameless_scene(scene, called), nameless_unknowns(unknowns, called, cut_off)
-    recorded = tuple(prepared(plain, nameless, values, view, moving) for view in views)
-    return Problem(plain, bounds, recorded, unknowns, nameless), total
 
 
 def _starting_points(first: np.ndarray, unknowns, starts: int) -> list[np.ndarray]:

@@ -44,7 +44,7 @@ def outcome(
     """
     unknowns = problem.unknowns
     residuals = residual_count(targets)
-    noises = [t.noise for t in targets if t.noise is not None]
+    noises = [None if t.noise is None else t.noise.deviation(t.image) for t in targets]
     noise = residual_noise(targets, best.loss, len(unknowns), unit, scene)
     eps = float(jnp.finfo(scene.dtype).eps)
     known = uncertainty(
@@ -56,7 +56,7 @@ def outcome(
         best.values, best.factor, best.remainder, known, unknowns, jacobian_precision(scene), SETTLED, 0.05
     )
     rounding = at_rounding_level(views, eps, rest_share(scene))
-    misfit = not rounding and is_structured(views, tuple(t.noise for t in targets), len(unknowns))
+    misfit = not rounding and is_structured(views, tuple(noises), len(unknowns))
     if misfit:
         notes = (MISFIT, *notes)
     coarse = [
@@ -81,7 +81,11 @@ def outcome(
         best, known, [u.name for u, moves in zip(unknowns, moving, strict=True) if moves], unknowns
     )
     squares = sum(float(np.sum(v.residual.astype(np.float64)[v.weight > 0] ** 2)) for v in views)
-    spread = np.sqrt(np.mean([np.mean(n**2) for n in noises])) if noises else noise * np.sqrt(residuals) * unit
+    spread = (
+        np.sqrt(np.mean([np.mean(n**2) for n in noises if n is not None]))
+        if noises[0] is not None
+        else noise * np.sqrt(residuals) * unit
+    )
     return FitResult(
         status=status,
         message="; ".join((message, *notes)),
@@ -90,7 +94,7 @@ def outcome(
         rank=known.rank,
         rmse=float(np.sqrt(squares / residuals)),
         noise=float(spread),
-        noise_given=bool(noises),
+        noise_given=noises[0] is not None,
         steps=len(best.history),
         history=best.history,
         seconds_compile=0.0,
@@ -173,7 +177,7 @@ def _view(target: CheckedTarget, film: np.ndarray, scene: Scene) -> FitView:
     used = target.mask > 0
     residual = np.where(used[..., None], render - target.image, 0).astype(np.float32)
     return FitView(
-        target.camera,
+        target.name,
         target.image.astype(np.float32),
         render.astype(np.float32),
         residual,

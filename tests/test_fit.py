@@ -11,8 +11,8 @@ import diffwhitted
 import fitting
 from diffwhitted import Camera, Material, Plane, PointLight, Scene, Sphere, replace_coefficient
 from diffwhitted.image import dealt
-from fitting._fit import _build
 from fitting._outcome import outcome
+from fitting.problem._build import build
 from fitting.problem._target import as_targets
 from fitting.problem._unknowns import list_unknowns
 from fitting.solving._solve import solve
@@ -172,7 +172,7 @@ def test_intervals_cover_the_truth_in_95_of_100_noisy_targets():
     unknowns = list_unknowns(scene, names)
     truth = np.asarray([0.3, 0.2, 0.5])
     clean = as_targets(scene, picture(scene))
-    problem, scale = _build(scene, clean, names, unknowns, truth, 1, None, 0)
+    problem, scale = build(scene, clean, names, unknowns, truth, 1, None, 0)
     (view,) = problem.views
     random, covered = np.random.default_rng(0), []
     for _ in range(200):

@@ -16,6 +16,7 @@ from diffwhitted.scene import marks_of
 from diffwhitted.tree import likely_room, make_plan
 from fitting.judging._rest import off_bound
 from fitting.problem import _views
+from fitting.problem._sight import Sight
 from fitting.problem._unknowns import list_unknowns
 from fitting.problem._views import coarser, finer, some_passes, view_of
 from fitting.solving import _stages
@@ -38,6 +39,9 @@ def studio():
     )
 
 
+SIGHT = Sight(*(jnp.int32(0),) * 2, (), *(jnp.zeros(0, jnp.int32),) * 2, ("main",), (0,), ())
+
+
 def view(passes, random, footprint=0):
     """A view of noise, some of it masked."""
     scene = studio()
@@ -45,7 +49,7 @@ def view(passes, random, footprint=0):
     plan = make_plan(scene, camera, capacity=likely_room(camera), footprint=footprint, pass_of=-(-48 * 36 // passes))
     weight = random.uniform(0, 1, (36, 48)) * (random.uniform(size=(36, 48)) < 0.8)
     return view_of(
-        "main", random.uniform(size=(36, 48, 3)), weight, jnp.full((1, 1, 2), 0.5), 1.0, plan.program, marks_of(scene)
+        SIGHT, random.uniform(size=(36, 48, 3)), weight, jnp.full((1, 2), 0.5), 1.0, plan.program, marks_of(scene)
     )
 
 
@@ -63,11 +67,11 @@ def test_some_passes_weigh_as_much_as_all():
     weights = {
         (int(c), int(r)): w
         for part in some.parts
-        for c, r, w, t in zip(part.column, part.row, part.weight, part.there, strict=True)
+        for c, r, w, t in zip(part.column, part.row, part.weight[0], part.there, strict=True)
         if t
     }
     for (column, row), weight in weights.items():
-        assert weight == pytest.approx(2 * whole.weight[row, column], rel=1e-6)
+        assert weight == pytest.approx(2 * whole.weight[row, column, 0], rel=1e-6)
     # 6 x 6 tiles of the picture, each with as many.
     assert Counter((int(column) // 8, int(row) // 6) for column, row in places) == {
         tile: 12 for tile in itertools.product(range(6), repeat=2)
@@ -80,14 +84,16 @@ def test_squares_have_the_mean_of_their_pixels():
     """
     random = np.random.default_rng(1)
     whole = view(1, random, footprint=1)
-    whole.weight[:5, :5] = 0
+    whole = replace(
+        whole, weight=np.where(np.arange(36)[:, None, None] // 5 + np.arange(48)[:, None] // 5, whole.weight, 0)
+    )
     coarse = coarser(whole, 5)  # 48 and 36 are no multiples of 5
-    assert coarse.weight.shape == (8, 10) and coarse.weight[0, 0] == 0
+    assert coarse.weight.shape == (8, 10, 3) and coarse.weight[0, 0, 0] == 0
     assert (coarse.weight**2).sum() == pytest.approx((whole.weight**2).sum())
-    block, weight = whole.image[10:15, 20:25], whole.weight[10:15, 20:25, None] ** 2
+    block, weight = whole.image[10:15, 20:25], whole.weight[10:15, 20:25] ** 2
     np.testing.assert_allclose(coarse.image[2, 4], (block * weight).sum(axis=(0, 1)) / weight.sum(), rtol=1e-6)
     (part,) = coarse.parts
-    samples = part.samples(part.places[0])
+    samples = part.samples
     assert (float(samples.column[14]), float(samples.row[14]), float(samples.side)) == (22.5, 7.5, 5.0)
     np.testing.assert_allclose(np.asarray(coarse.picture(part.target[None])), coarse.image, rtol=1e-6)
 
@@ -95,7 +101,7 @@ def test_squares_have_the_mean_of_their_pixels():
 def test_quarters_of_a_square():
     (part,) = view(1, np.random.default_rng(2), footprint=1).parts
     quarters = finer(eqx.tree_at(lambda v: v.parts, view(1, np.random.default_rng(2), footprint=1), (part,))).parts
-    assert [tuple(map(float, quarter.places[0])) for quarter in quarters] == [
+    assert [tuple(map(float, quarter.place)) for quarter in quarters] == [
         (0.25, 0.25),
         (0.75, 0.25),
         (0.25, 0.75),

@@ -24,7 +24,7 @@ from ._scene import Scene
 
 SETTINGS = (Row("ambient", "colour", "Ambient light I_a, linear RGB; multiplies k_a.", lowest=0),)
 """The numbers of the table [scene] that have a name."""
-FAMILIES = ("light", "object", "camera", "texture")
+FAMILIES = ("light", "object", "camera", "texture", "shot")
 """The families whose members have names, beside the materials."""
 WITHOUT_NAME = ("scene", "background")
 """The family words that are followed by the key itself."""
@@ -36,7 +36,7 @@ class Parameter:
     """What a name stands for: one key of one record of a scene, a number or several; hashable."""
 
     family: str
-    """"material", "light", "object", "camera", "texture", "scene" or "background"."""
+    """"material", "light", "object", "camera", "texture", "shot", "scene" or "background"."""
     owner: str
     """The name of the record; empty for the last two families."""
     row: Row

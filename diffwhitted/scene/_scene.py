@@ -15,6 +15,7 @@ from ..records import changed, nearest_name, number_array, require
 from ..shapes import OBJECTS, AbstractObject
 from ._camera import Camera
 from ._material import Material
+from ._shot import Shot
 from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground
 from .lights import LIGHTS, AbstractLight
 from .textures import TEXTURES, AbstractTexture
@@ -41,6 +42,8 @@ class Scene(eqx.Module):
     cameras: dict[str, Camera]
     textures: dict[str, AbstractTexture]
     background: AbstractBackground
+    shots: tuple[Shot, ...]
+    """Pictures of it that a fit looks at; rendering does not read them."""
     ambient: Float[Array, "3"]
     cutoff: Float[Array, ""]
     max_depth: int = eqx.field(static=True)
@@ -60,6 +63,7 @@ class Scene(eqx.Module):
         cameras: Mapping[str, Camera] | None = None,
         textures: Mapping[str, AbstractTexture] | None = None,
         background: AbstractBackground | None = None,
+        shots: Sequence[Shot] = (),
         ambient=(1.0, 1.0, 1.0),
         max_depth: int = 5,
         total_internal_reflection: TotalReflection = "full",
@@ -84,7 +88,7 @@ class Scene(eqx.Module):
         self.cameras, self.textures = (
             {name: placed(record) for name, record in (records or {}).items()} for records in (cameras, textures)
         )
-        self.background = cast(background)
+        self.background, self.shots = cast(background), tuple(map(cast, shots))
         self.ambient = cast(number_array(ambient, "scene", "ambient", ((), (3,))) * np.ones(3))
         require(lambda a: (a >= 0).all(), "scene", "ambient", self.ambient, ">= 0")
         self.cutoff = cast(_cutoff(cutoff))
@@ -124,6 +128,9 @@ class Scene(eqx.Module):
                 raise SceneError(
                     f"light {light.name!r}: allowed is a name without a dot, so that its numbers have names"
                 )
+        _no_twins("shot", [shot.name for shot in self.shots])
+        for shot in self.shots:
+            shot.check(self.cameras, [light.name or "" for light in self.lights])
         seen = set()
         for thing in self.objects:
             if thing.name in seen:

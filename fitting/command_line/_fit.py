@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from fitting import FitResult
 
 Targets = Annotated[
-    list[str],
+    list[str] | None,
     typer.Option(
         "--target",
         metavar="[CAMERA=]IMAGE",
         show_default=False,
-        help="Picture to fit, one for each camera. Integers are read as sRGB, floats as linear Rec. 709. "
-        "Its alpha channel, if any, is its mask.",
+        help="Picture to fit, one for each camera. Integers are read as sRGB, floats as linear Rec. 709, unless the "
+        "file says otherwise. Its alpha channel, if any, is its mask. Default: the [[shot]] tables of the scene.",
     ),
 ]
 Free = Annotated[
@@ -137,9 +137,9 @@ Json = Annotated[bool, typer.Option("--json", help="Print result.json in place o
 
 def fit(
     scene: ScenePath,
-    target: Targets,
     free: Free,
     out: Out,
+    target: Targets = None,
     camera: CameraName = None,
     mask: Masks = None,
     keep_clipped: KeepClipped = False,
@@ -175,14 +175,17 @@ def fit(
     """
     set_up(precision)
     with Progress("reading", quiet=quiet) as progress:
-        from diffwhitted import load_scene, save_scene
+        from diffwhitted import load_scene
         from fitting import fit as run_fit
         from fitting.telling._outputs import write_outputs
 
-        from ._targets import read_targets
+        from ._targets import read_targets, with_shots
 
         loaded = load_scene(scene, precision=precision.value)
-        targets = read_targets(loaded, target, mask or [], camera, noise, note=progress.note, keep_clipped=keep_clipped)
+        targets = read_targets(
+            loaded, target or [], mask or [], camera, noise, note=progress.note, keep_clipped=keep_clipped
+        )
+        loaded = with_shots(loaded, targets)
         given_start, given_bounds, true = checked_values(loaded, free, start or [], bounds or [], truth)
         check_folder(out)
         progress.say("compiling; less to do next time")
@@ -201,9 +204,14 @@ def fit(
             on_step=lambda step: progress.step(step, starts),
         )
         progress.say("writing the report")
-        about = {"scene": scene.name, "targets": [Path(text).name for text in target]}
+        about = {"scene": scene.name, "targets": [Path(text).name for text in target or []]}
         written = write_outputs(
-            result, out, title=f"{scene.stem}: {', '.join(free)}", save_scene=save_scene, truth=true, metadata=about
+            result,
+            out,
+            title=f"{scene.stem}: {', '.join(free)}",
+            save_scene=saved_into(out),
+            truth=true,
+            metadata=about,
         )
     if json:
         print(written[0].read_text(encoding="utf-8"), end="")
@@ -224,6 +232,26 @@ def checked_values(scene: Scene, free: Sequence[str], start: Sequence[str], boun
         return given_start, given_bounds, None
     names, _ = free_parameters(scene, free)
     return given_start, given_bounds, true_values(truth, scene, list_unknowns(scene, names, given_bounds))
+
+
+def saved_into(folder: Path):
+    """`save_scene`, for a file that is made elsewhere and moved to a folder: the pictures of its shots are named from
+    there.
+    """
+    from diffwhitted import save_scene
+    from diffwhitted.records import changed
+
+    def save(scene: Scene, path: Path) -> None:
+        def moved(name: str | None) -> str | None:
+            return None if name is None else os.path.join(path.parent, os.path.relpath(name, folder))
+
+        def shot_moved(shot):
+            noise = moved(shot.noise) if isinstance(shot.noise, str) else shot.noise
+            return changed(shot, picture=moved(shot.picture), mask=moved(shot.mask), noise=noise)
+
+        save_scene(changed(scene, shots=tuple(map(shot_moved, scene.shots))), path)
+
+    return save
 
 
 def check_folder(folder: Path) -> None:

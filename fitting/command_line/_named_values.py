@@ -39,13 +39,15 @@ def intervals(option: str, given: Sequence[str]) -> dict[str, tuple[float, float
     return found
 
 
-def files_of_cameras(option: str, given: Sequence[str], cameras: Mapping, default: str) -> dict[str, Path]:
+def files_of_cameras(option: str, given: Sequence[str], cameras: Mapping, default: str | None) -> dict[str, Path]:
     """From `CAMERA=FILE`, or `FILE` for the default camera; raises `InputError` for two files of one camera."""
     found = {}
     for text in given:
         camera, equals, path = text.partition("=")
         if not equals or (camera not in cameras and Path(text).exists()):
             camera, path = default, text
+        if camera is None:
+            raise InputError(f"{option} {text}: which camera? Allowed is CAMERA=FILE, with {', '.join(cameras)}")
         if camera not in cameras:
             raise InputError(f"{option} {text}: the scene has no camera {camera!r}; there is {', '.join(cameras)}")
         if camera in found:

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diffwhitted import InputError
+from diffwhitted import InputError, Shot
 from diffwhitted.image import read_image, read_mask
+from diffwhitted.records import changed
 from fitting import Target
+from fitting.problem._shot_files import shots_of
+from fitting.problem._target import as_targets
 
 from ._named_values import files_of_cameras
 from ._options import chosen_camera
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from diffwhitted import Scene
     from diffwhitted.image import ImageFile
 
@@ -43,7 +46,9 @@ def read_targets(
         raise InputError(
             f"--noise {noise:g}: allowed is a number > 0, the standard deviation of the target's pixels in linear RGB"
         )
-    default, _ = chosen_camera(scene, camera)
+    if scene.shots or not given:
+        return _of_shots(scene, given, masks, noise, note, keep_clipped)
+    default, _ = (None, None) if camera is None and _all_named(given, scene.cameras) else chosen_camera(scene, camera)
     pictures = files_of_cameras("--target", given, scene.cameras, default)
     mask_files = files_of_cameras("--mask", masks, scene.cameras, default)
     for name, path in mask_files.items():
@@ -61,8 +66,38 @@ def read_targets(
             note(f"{path}: its alpha channel is the mask; {np.mean(mask > 0):.0%} of the pixels count")
         if not keep_clipped:
             mask = _without_clipped(picture, mask, path, note)
-        targets.append(Target(picture.pixels, name, mask, noise))
+        shot = Shot(name.replace(".", "_"), name, str(path), None if name not in mask_files else str(mask_files[name]))
+        targets.append(Target(picture, name, mask, noise, shot.name, shot))
     return targets
+
+
+def with_shots(scene: Scene, targets: Sequence[Target]) -> Scene:
+    """The scene with the shots of these targets, whose numbers have names."""
+    return changed(scene, shots=tuple(target.shot for target in as_targets(scene, targets)))
+
+
+def _of_shots(scene, given, masks, noise, note, keep_clipped: bool) -> list[Target]:
+    """The shots of the scene as targets. Raises `InputError` where there is none, or a target or mask beside them."""
+    if scene.shots and (given or masks):
+        option, text = ("--target", given[0]) if given else ("--mask", masks[0])
+        raise InputError(
+            f"{option} {text}: the scene has [[shot]] tables, whose pictures are fitted; leave {option} out, or "
+            "the shots"
+        )
+    if not scene.shots:
+        raise InputError("there is no picture to fit; give one with --target, or a [[shot]] in the scene")
+    targets = []
+    for target in shots_of(scene, note):
+        path = Path(target.shot.picture)
+        mask = target.mask if target.mask is not None else target.image.alpha
+        mask = mask if keep_clipped else _without_clipped(target.image, mask, path, note)
+        targets.append(replace(target, mask=mask, noise=target.noise if noise is None else noise))
+    return targets
+
+
+def _all_named(given: Sequence[str], cameras) -> bool:
+    """Does each target name its camera?"""
+    return all("=" in text and text.partition("=")[0] in cameras for text in given)
 
 
 def _without_clipped(

@@ -54,7 +54,7 @@ def is_structured(views: tuple[FitView, ...], noises: tuple[np.ndarray | None, .
 def _scaled(view: FitView, noise: np.ndarray | None) -> np.ndarray:
     """The residual in units of the given noise, weighted as in the fit; 0 outside the mask."""
     z = np.asarray(view.residual, np.float64) * np.sqrt(np.asarray(view.weight, np.float64))[..., None]
-    return z if noise is None else z / noise[..., None]
+    return z if noise is None else z / noise
 
 
 def _neighbours(z: np.ndarray) -> np.ndarray:

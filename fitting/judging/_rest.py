@@ -126,7 +126,7 @@ def rest_test(
 
 
 def residual_count(targets: tuple[CheckedTarget, ...]) -> int:
-    return sum(3 * int((t.mask > 0).sum()) for t in targets)
+    return sum(t.channels * int((t.mask > 0).sum()) for t in targets)
 
 
 def jacobian_precision(scene: Scene) -> float:

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from diffwhitted.records import changed
-from diffwhitted.scene import Scene, material_names, texture_names
+from diffwhitted.scene import Scene, Shot, material_names, texture_names
 
 from ._unknowns import Unknown
 
@@ -28,6 +28,7 @@ def numbered_names(scene: Scene) -> Names:
         "object": numbered(thing.name for thing in scene.objects),
         "light": numbered(light.name or "" for light in scene.lights),
         "camera": numbered(scene.cameras),
+        "shot": numbered(shot.name for shot in scene.shots),
     }
 
 
@@ -47,7 +48,24 @@ def nameless_scene(scene: Scene, names: Names) -> Scene:
         materials={names["material"][name]: textured(material) for name, material in scene.materials.items()},
         textures={names["texture"][name]: texture for name, texture in scene.textures.items()},
         cameras={names["camera"][name]: camera for name, camera in scene.cameras.items()},
+        shots=tuple(_nameless_shot(shot, names) for shot in scene.shots),
     )
+
+
+def _nameless_shot(shot: Shot, names: Names) -> Shot:
+    """The numbers of a shot alone."""
+    nothing = dict.fromkeys(("camera", "picture", "mask", "encoding", "lights", "noise", "filter"))
+    return changed(shot, name=names["shot"][shot.name], **nothing)
+
+
+def without_shots(scene: Scene) -> Scene:
+    """What its light depends on."""
+    return changed(scene, shots=())
+
+
+def shots_alone(scene: Scene) -> Scene:
+    """What shows light as pictures, and nothing of what there is to see."""
+    return changed(scene, objects=(), materials={}, lights=(), cameras={}, textures={})
 
 
 def nameless_unknowns(unknowns: tuple[Unknown, ...], names: Names, bounded: bool) -> tuple[Unknown, ...]:

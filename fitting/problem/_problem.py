@@ -9,9 +9,9 @@ Each pass of a picture gives such a factor of its own rows, on whichever process
 the factors is that of them all. The memory is that of the passes at work, whatever the size of the target.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import equinox as eqx
 import jax
@@ -19,24 +19,23 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from diffwhitted.numerics._kept import kept
-from diffwhitted.numerics._workers import side_by_side
-from diffwhitted.scene import Scene, tabulate
-from diffwhitted.tree import Record, record, replay
+from diffwhitted.numerics._workers import processors, side_by_side
+from diffwhitted.scene import Scene
 
 from ._bounds import Bounds
+from ._nameless import shots_alone, without_shots
 from ._pyramid import blurred
-from ._unknowns import Unknown, insert
+from ._rows import factor_of_rows, picture_rows, radiance_rows, record_part
+from ._sight import of_shots
+from ._unknowns import Unknown
 from ._views import Part, View
-
-ROWS = 4096
 
 
 class Problem(eqx.Module):
     """Scene, unknowns and targets of a fit."""
 
     scene: Scene
-    """As its programs know it: without names (see `_nameless`)."""
+    """As its programs know it: without names (see `_nameless`), its shots those of the targets."""
     bounds: Bounds
     views: tuple[View, ...]
     """The targets."""
@@ -49,27 +48,88 @@ class Problem(eqx.Module):
         """Does any of the unknowns move rays, shadows or patterns?"""
         return any_moves(self.unknowns)
 
+    def asked(self, values) -> "Asked":
+        """What its programs are asked for at these values."""
+        return Asked.of(self.scene, self.nameless, jnp.asarray(values, self.scene.dtype))
+
 
 def any_moves(unknowns: tuple[Unknown, ...]) -> bool:
     return any(u.moves for u in unknowns)
 
 
-def prepared(scene: Scene, unknowns: tuple[Unknown, ...], values, view: View, moving: bool) -> View:
-    """The view with room for its rays and, unless rays move, with their trees; all their programs are compiled."""
-    ready = _roomy if moving else _recorded
-    return replace(view, parts=ready(scene, unknowns, values, view.parts))
+@dataclass(frozen=True)
+class Asked:
+    """A scene, its unknowns and their values, parted into what its light depends on and what its shots make of it."""
+
+    scene: Scene
+    unknowns: tuple[Unknown, ...]
+    values: Float[Array, "q"]
+    shots: Scene
+    of_shots: tuple[Unknown, ...]
+    shot_values: Float[Array, "s"]
+    numbers: tuple[list[int], list[int]]
+    """Of the unknowns of the scene and of those of shots, among all."""
+
+    @staticmethod
+    def of(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array, "p"]) -> "Asked":
+        mine, theirs = of_shots(unknowns, False), of_shots(unknowns)
+        return Asked(
+            without_shots(scene),
+            tuple(unknowns[i] for i in mine),
+            values[np.asarray(mine, int)],
+            shots_alone(scene),
+            tuple(unknowns[i] for i in theirs),
+            values[np.asarray(theirs, int)],
+            (mine, theirs),
+        )
+
+    def rows(self, part: Part):
+        """The light of a part with its derivatives, and the room for rays that it needs."""
+        return radiance_rows(self.scene, self.unknowns, self.values, part)
+
+    def picture(self, part: Part, columns, seen):
+        """The rows [J r] of a part, and what it shows."""
+        return picture_rows(self.shots, self.of_shots, self.shot_values, _without_trees(part), columns, seen)
+
+    def columns_of(self, part: Part) -> list[int]:
+        """The numbers, among all unknowns, of the columns of a part's rows; -1 for those that are none."""
+        numbers = []
+        for mine, free in zip(self.numbers, (part.sight.free, part.sight.free_shot), strict=True):
+            numbers += [mine[k] if k < len(mine) else -1 for k in np.asarray(free).tolist()]
+        return numbers
 
 
-def _recorded(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[Part, ...]) -> tuple[Part, ...]:
+def _without_trees(part: Part) -> Part:
+    """What the picture of a part is made of, whatever its rays: so one program serves all."""
+    return replace(part, trees=None, plan=replace(part.plan, capacity=0))
+
+
+def prepared(scene: Scene, unknowns: tuple[Unknown, ...], values, views: tuple[View, ...], moving: bool):
+    """The views with room for their rays and, unless rays move, with their trees; all their programs are compiled.
+
+    Views of one kind have the same room, so that they share their programs.
+    """
+    asked, ready = Asked.of(scene, unknowns, values), []
+    kinds: dict = {}
+    for number, view in enumerate(views):
+        kinds.setdefault((view.parts[0].plan, jax.tree.structure(view.parts[0])), []).append(number)
+    for members in kinds.values():
+        parts = tuple(part for number in members for part in views[number].parts)
+        parts = iter((_roomy if moving else _recorded)(asked, parts))
+        ready += [(n, replace(views[n], parts=tuple(next(parts) for _ in views[n].parts))) for n in members]
+    return tuple(view for _, view in sorted(ready, key=lambda pair: pair[0]))
+
+
+def _recorded(asked: Asked, parts: tuple[Part, ...]) -> tuple[Part, ...]:
     """The parts with their trees, and room for them."""
     while True:
         with ThreadPoolExecutor(1) as aside:
-            blank = jax.tree.map(
-                lambda a: jnp.zeros(a.shape, a.dtype),
-                eqx.filter_eval_shape(record_part, scene, unknowns, values, parts[0]),
+            shape = eqx.filter_eval_shape(record_part, asked.scene, asked.unknowns, asked.values, parts[0])
+            blank = replace(parts[0], trees=jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), shape))
+            compiling = aside.submit(_factor_of_part, asked, blank)
+            recorded = side_by_side(
+                lambda part: replace(part, trees=record_part(asked.scene, asked.unknowns, asked.values, part)), parts
             )
-            compiling = aside.submit(part_factor, scene, unknowns, values, replace(parts[0], trees=blank))
-            recorded = side_by_side(lambda part: replace(part, trees=record_part(scene, unknowns, values, part)), parts)
             compiling.result()
         needed = max(int(part.trees.descendants.max()) for part in recorded if part.trees is not None)
         if needed <= parts[0].plan.capacity:
@@ -77,13 +137,17 @@ def _recorded(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[
         parts = tuple(replace(part, plan=part.plan.with_capacity(2 * needed)) for part in parts)
 
 
-def _roomy(scene: Scene, unknowns: tuple[Unknown, ...], values, parts: tuple[Part, ...]) -> tuple[Part, ...]:
+def _factor_of_part(asked: Asked, part: Part):
+    """All programs of a part, once."""
+    return factor_of_rows(asked.picture(part, *asked.rows(part)[:2])[0])
+
+
+def _roomy(asked: Asked, parts: tuple[Part, ...]) -> tuple[Part, ...]:
     """The parts with room for their rays at these coefficients; the same for all, so that they share a program."""
     while True:
-        needed = max(
-            int(found[2]) for found in side_by_side(lambda part: part_rows(scene, unknowns, values, part), parts)
-        )
+        needed = max(int(found[2]) for found in side_by_side(asked.rows, parts))
         if needed <= parts[0].plan.capacity:
+            _factor_of_part(asked, parts[0])
             return parts
         room = parts[0].plan.with_capacity(3 * needed // 2)
         parts = tuple(replace(part, plan=room) for part in parts)
@@ -97,121 +161,61 @@ def factorise(
     The pictures are in the precision of the scene, the factor of the parts' factors in float64. With `sigma` residual
     and Jacobian are blurred by so many pixels (see `_pyramid`).
     """
-    values = jnp.asarray(values, problem.scene.dtype)
-    parts = [part for view in problem.views for part in view.parts]
-    program = part_rows if parts[0].trees is None else part_factor
-    found = side_by_side(lambda part: _with_room(program, problem.scene, problem.nameless, values, part), parts)
-    factors, films = zip(*found, strict=True)
-    films = _by_view(problem, films)
-    if program is part_rows:
-        rows = _by_view(problem, factors)
-        factors = (
-            _blurred_factors(problem, rows, sigma)
-            if sigma
-            else [_triangular(r.reshape(r.shape[0], -1)) for passes in rows for r in passes]
+    count, asked = len(problem.unknowns), problem.asked(values)
+    factors, films = [], []
+    for view in problem.views:
+        names = [*asked.columns_of(view.parts[0]), count]
+        if sigma:
+            rows, film = zip(*pass_rows(asked, view, lambda rows: np.asarray(rows)), strict=True)
+            found = [_blurred_factor(view, np.stack(rows), sigma)]
+        else:
+            found, film = zip(*pass_rows(asked, view, factor_of_rows), strict=True)
+        factors += [_spread(np.asarray(factor, np.float64), names, count + 1) for factor in found]
+        films.append(np.stack(film))
+    return _factor_of(np.concatenate(factors)), tuple(films)
+
+
+def pass_rows(asked: Asked, view: View, use: Callable = lambda rows: rows) -> Iterator[tuple]:
+    """Of each pass of a view, `use` of its rows [J r], (m + 1, 3, pixels), and what it shows."""
+
+    def one_pass(number: int, follow: Callable):
+        parts = view.places_of(number)
+        found = follow(lambda part: _with_room(asked.rows, part), parts)
+        columns, seen = found[0] if len(found) == 1 else jax.tree.map(lambda *a: sum(a) / len(a), *found)
+        rows, picture = asked.picture(parts[0], columns, seen)
+        return use(rows), np.asarray(picture)
+
+    if view.passes >= processors():
+        yield from side_by_side(
+            lambda number: one_pass(number, lambda f, parts: list(map(f, parts))), range(view.passes)
         )
-    return _factor_of(np.concatenate([np.asarray(f) for f in factors]).astype(np.float64)), films
+    else:
+        for number in range(view.passes):
+            yield one_pass(number, side_by_side)
 
 
-def _by_view(problem: Problem, found: Sequence[Array | np.ndarray]) -> tuple[np.ndarray, ...]:
-    """What was found out about each part, (passes, ...) for each target, averaged over the samples a pixel."""
-    rest = iter(found)
-    views = ((view.passes, np.stack([next(rest) for _ in view.parts])) for view in problem.views)
-    return tuple(parts.reshape(-1, passes, *parts.shape[1:]).mean(axis=0) for passes, parts in views)
+def _spread(factor: np.ndarray, names: list[int], count: int) -> np.ndarray:
+    """A factor of some columns as one of all."""
+    whole = np.zeros((len(factor), count))
+    mine = [k for k, name in enumerate(names) if name >= 0]
+    whole[:, [names[k] for k in mine]] = factor[:, mine]
+    return whole
 
 
-def _blurred_factors(problem: Problem, rows: tuple[np.ndarray, ...], sigma: float) -> list[np.ndarray]:
-    """The factor of each target's rows, blurred by so many pixels of the camera."""
-    factors = []
-    for view, passes in zip(problem.views, rows, strict=True):
-        picture = np.asarray(view.picture(passes.reshape(passes.shape[0], -1, passes.shape[-1])))
-        picture = np.moveaxis(picture, -1, 0).reshape(-1, 3, *picture.shape[:2])
-        factors.append(_factor_of(blurred(picture, sigma / view.step).reshape(picture.shape[0], -1).T))
-    return factors
+def _blurred_factor(view: View, passes: np.ndarray, sigma: float) -> np.ndarray:
+    """The factor of a target's rows, blurred by so many pixels of the camera."""
+    picture = np.asarray(view.picture(passes.reshape(passes.shape[0], -1, passes.shape[-1])))
+    picture = np.moveaxis(picture, -1, 0).reshape(-1, 3, *picture.shape[:2])
+    return _factor_of(blurred(picture, sigma / view.step).reshape(picture.shape[0], -1).T)
 
 
-def _with_room(program, scene: Scene, unknowns: tuple[Unknown, ...], values, part: Part):
-    """What a program finds out about a part, and its film, with more room where moving rays need it."""
+def _with_room(rows: Callable, part: Part):
+    """The light of a part and its derivatives, with more room where moving rays need it."""
     while True:
-        found, film, needed = program(scene, unknowns, values, part)
+        columns, seen, needed = rows(part)
         if int(needed) <= part.plan.capacity:
-            return found, film
+            return columns, seen
         part = replace(part, plan=part.plan.with_capacity(2 * int(needed)))
-
-
-@kept
-def part_factor(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array, "p"], part: Part):
-    """The triangular factor of [J r] of one part, its rendered pixels (3, pixels), and the room for rays that it
-    needs.
-    """
-    rows, seen, needed = part_rows(scene, unknowns, values, part)
-    return _triangular(rows.reshape(len(unknowns) + 1, -1)), seen, needed
-
-
-@kept
-def part_rows(scene: Scene, unknowns: tuple[Unknown, ...], values: Float[Array, "p"], part: Part):
-    """The rows [J r] of one part, (p + 1, 3, pixels), its rendered pixels, and the room for rays that it needs."""
-    trees = part.trees if part.trees is not None else record_part(scene, unknowns, values, part)
-    seen, columns = _value_and_columns(lambda values: _film(insert(scene, unknowns, values), part, trees), values)
-    residual = (seen - part.target) * part.weight
-    rows = jnp.concatenate([columns * part.weight, residual[None]])
-    return rows, seen, trees.descendants.max()
-
-
-@kept
-def record_part(scene: Scene, unknowns: tuple[Unknown, ...], values, part: Part) -> Record:
-    """The trees of a part at these coefficients, one a sample.
-
-    Where branches are cut off by their throughput, free k_s and k_t count with the most that they may become, so
-    that no branch comes or goes as a fit moves them and the residual does not jump.
-    """
-    values = jax.lax.stop_gradient(values)
-    if part.plan.effects.cutoff:
-        values = jnp.stack(
-            [
-                jnp.asarray(u.bounds[1], values.dtype)
-                if u.parameter.family == "material" and u.row.name in ("k_s", "k_t")
-                else v
-                for u, v in zip(unknowns, values, strict=True)
-            ]
-        )
-    inserted = insert(scene, unknowns, values)
-    tables, camera = tabulate(inserted, part.marks), inserted.cameras[part.camera]
-    return jax.lax.map(lambda place: record(tables, camera, part.plan, part.samples(place)), part.places)
-
-
-def _film(scene: Scene, part: Part, trees: Record) -> Float[Array, "3 pixels"]:
-    """The pixels of one part, averaged over the samples."""
-    tables, camera = tabulate(scene, part.marks), scene.cameras[part.camera]
-
-    def one_sample(sample):
-        tree, place = sample
-        return replay(tables, camera, tree, part.plan, part.samples(place), forward=True).stacked(axis=0)
-
-    return jax.lax.map(one_sample, (trees, part.places)).mean(axis=0)
-
-
-def _value_and_columns(fn, values: Float[Array, "p"]):
-    """fn(values) and its derivative along each coefficient, in forward mode."""
-
-    def along(tangent):
-        return jax.jvp(fn, (values,), (tangent,))
-
-    if values.size == 1:  # a batch of one would be traced and compiled for nothing
-        value, column = along(jnp.ones_like(values))
-        return value, column[None]
-    return jax.vmap(along, out_axes=(None, 0))(jnp.eye(values.size, dtype=values.dtype))
-
-
-@kept
-def _triangular(rows: Float[Array, "columns rows"]) -> Float[Array, "columns columns"]:
-    """R of the QR factors of the transpose, by blocks of rows that fit the cache."""
-    columns, count = rows.shape
-    blocks = -(-count // ROWS)
-    rows = jnp.pad(rows, ((0, 0), (0, blocks * ROWS - count)))
-    tall = rows.reshape(columns, blocks, ROWS).transpose(1, 2, 0)
-    factors = jax.lax.map(lambda block: jnp.linalg.qr(block, mode="r"), tall)
-    return jnp.linalg.qr(factors.reshape(-1, columns), mode="r")
 
 
 def _factor_of(factors: np.ndarray) -> np.ndarray:

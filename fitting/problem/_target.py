@@ -5,26 +5,36 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from diffwhitted import SceneError, Shot
+from diffwhitted.image import ImageFile
+from diffwhitted.records import changed
 from diffwhitted.scene import Scene, nearest_name
 
 from .._errors import FitError
+from ._noise import Noise, checked_noise
 
 
 @dataclass(frozen=True, eq=False)
 class Target:
     """One picture to fit.
 
-    - `image`: `(H, W, 3)`, linear Rec. 709 RGB, the size of the camera.
+    - `image`: `(H, W, 3)`, linear Rec. 709 RGB, the size of the camera, taken as exact; or what `read_image` gives,
+      with all that its file says: the width of a code, alpha, clipping.
     - `camera`: name of the camera in the scene; None: the only one, or "main".
-    - `mask`: `(H, W)` in [0, 1], how much each pixel counts; None: all alike. Pixels with 0 may hold anything.
-    - `noise`: standard deviation of the pixel values, one number or `(H, W)`; None: estimated from what
-      the fit leaves over.
+    - `mask`: `(H, W)` in [0, 1], how much each pixel counts; None: the alpha of the file, or all alike. Pixels with 0
+      may hold anything.
+    - `noise`: standard deviation of the pixel values, one number, `(H, W)` or `(H, W, 3)`; (read, gain) for variance =
+      read^2 + gain * value; None: estimated from what the fit leaves over.
+    - `name`: by which its numbers are free ("shot.NAME.exposure"); None: that of its camera.
+    - `shot`: exposure, black level, lights that burn, filter (see `diffwhitted.Shot`); None: light as it is.
     """
 
-    image: np.ndarray
+    image: np.ndarray | ImageFile
     camera: str | None = None
     mask: np.ndarray | None = None
-    noise: float | np.ndarray | None = None
+    noise: float | np.ndarray | tuple[float, float] | None = None
+    name: str | None = None
+    shot: Shot | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,26 +44,56 @@ class CheckedTarget:
     image: np.ndarray
     camera: str
     mask: np.ndarray
-    noise: np.ndarray | None
+    noise: Noise | None
+    shot: Shot
+    monochrome: bool = False
+    """Its three channels are one measurement."""
+    file: ImageFile | None = None
+
+    @property
+    def name(self) -> str:
+        return self.shot.name
+
+    @property
+    def channels(self) -> int:
+        """Measurements a pixel."""
+        return 1 if self.monochrome else 3
 
 
 def as_targets(scene: Scene, targets) -> tuple[CheckedTarget, ...]:
     """One picture, one `Target`, a mapping from cameras to pictures, or a sequence of targets, checked.
 
     Raises `FitError` naming the camera for an unknown camera, another size, pixels that are not finite, a mask
-    outside [0, 1] or empty, a noise that is not positive, codes in place of light, and two cameras for one target.
+    outside [0, 1] or empty, a noise that is not positive, codes in place of light, and two targets of one name.
     """
     if isinstance(targets, Mapping):
         targets = [_of_camera(camera, target) for camera, target in targets.items()]
     elif isinstance(targets, Target) or not isinstance(targets, Sequence):
         targets = [targets]
-    targets = [t if isinstance(t, Target) else Target(np.asarray(t)) for t in targets]
+    targets = [
+        t if isinstance(t, Target) else Target(t if isinstance(t, ImageFile) else np.asarray(t)) for t in targets
+    ]
     if not targets:
         raise FitError("targets: there is none; give at least one picture")
-    checked = tuple(_checked(scene, target) for target in targets)
+    names = _names(scene, targets)
+    checked = tuple(_checked(scene, target, name) for target, name in zip(targets, names, strict=True))
     if len({t.noise is None for t in checked}) > 1:
         raise FitError("targets: some have a noise and some do not; give it for all of them or for none")
     return checked
+
+
+def _names(scene: Scene, targets: Sequence[Target]) -> list[str]:
+    """The name of each: its own, that of its shot, or of its camera, numbered where a camera took several pictures."""
+    cameras = [_camera_name(scene, t.camera or (t.shot and t.shot.camera)) for t in targets]
+    given = [t.name or (t.shot and t.shot.name) for t in targets]
+    names = []
+    for camera, name in zip(cameras, given, strict=True):
+        count = names.count(camera) + sum(other.startswith(f"{camera}_") for other in names)
+        names.append(name or (camera if not count else f"{camera}_{count + 1}"))
+    for name in names:
+        if names.count(name) > 1:
+            raise FitError(f"targets: two are called {name!r}; give each a name of its own")
+    return names
 
 
 def _of_camera(camera: str, target) -> Target:
@@ -68,11 +108,14 @@ def _of_camera(camera: str, target) -> Target:
     return replace(target, camera=camera)
 
 
-def _checked(scene: Scene, target: Target) -> CheckedTarget:
-    name = _camera_name(scene, target.camera)
+def _checked(scene: Scene, target: Target, called: str) -> CheckedTarget:
+    name = _camera_name(scene, target.camera or (target.shot and target.shot.camera))
     camera, place = scene.cameras[name], f"target of camera {name!r}"
     size = (camera.height, camera.width)
-    image = np.asarray(target.image)
+    # Take what the file says of itself.
+    file = target.image if isinstance(target.image, ImageFile) else None
+    image = np.asarray(target.image.pixels if isinstance(target.image, ImageFile) else target.image)
+    given_mask = target.mask if target.mask is not None or file is None else file.alpha
     if image.ndim != 3 or image.shape[2] != 3:
         raise FitError(f"{place}: its shape is {image.shape}; allowed is (height, width, 3), linear RGB")
     if not np.issubdtype(image.dtype, np.floating):
@@ -85,7 +128,7 @@ def _checked(scene: Scene, target: Target) -> CheckedTarget:
             f"{place}: the picture has {image.shape[1]}x{image.shape[0]} pixels, the camera "
             f"{camera.width}x{camera.height}; set the camera's width and height to the picture's, or resize the picture"
         )
-    mask = np.ones(size) if target.mask is None else np.asarray(target.mask, np.float64)
+    mask = np.ones(size) if given_mask is None else np.asarray(given_mask, np.float64)
     if mask.shape != size:
         raise FitError(f"{place}: the mask has shape {mask.shape}; allowed is {size}, one value a pixel")
     if not np.all((mask >= 0) & (mask <= 1)):
@@ -99,10 +142,24 @@ def _checked(scene: Scene, target: Target) -> CheckedTarget:
         row, column = np.argwhere(bad)[0]
         raise FitError(
             f"{place}: {bad.sum()} pixel(s) are NaN or infinite, the first in row {row}, column {column}; "
-            "mask them (mask 0), or repair the picture"
+            "mask them (mask 0; diffwhitted fit --skip-bad-pixels), or repair the picture"
         )
     image = np.where((mask > 0)[..., None], image, 0)
-    return CheckedTarget(image, name, mask, _checked_noise(target.noise, size, place))
+    noise = target.noise if target.noise is not None or target.shot is None else target.shot.noise
+    monochrome = bool((image == image[..., :1]).all()) and bool(image.any())
+    try:
+        shot = _named(target.shot, called, scene)
+    except SceneError as error:
+        raise FitError(f"targets: {error}") from None
+    return CheckedTarget(image, name, mask, checked_noise(noise, size, place), shot, monochrome, file)
+
+
+def _named(shot: Shot | None, name: str, scene: Scene) -> Shot:
+    """The shot of a target, checked against the scene."""
+    if shot is None:
+        return Shot(name.replace(".", "_"))
+    shot.check(scene.cameras, [light.name or "" for light in scene.lights])
+    return changed(shot, name=name)
 
 
 def _camera_name(scene: Scene, name: str | None) -> str:
@@ -115,15 +172,3 @@ def _camera_name(scene: Scene, name: str | None) -> str:
             f"targets: no camera {name!r}; there is {', '.join(scene.cameras)}.{nearest_name(name, scene.cameras)}"
         )
     return name
-
-
-def _checked_noise(noise, size: tuple[int, int], place: str) -> np.ndarray | None:
-    if noise is None:
-        return None
-    noise = np.asarray(noise, np.float64)
-    if noise.shape not in ((), size) or not np.all(np.isfinite(noise) & (noise > 0)):
-        raise FitError(
-            f"{place}: the noise must be a standard deviation > 0, one number or one a pixel; it has shape "
-            f"{noise.shape} and goes down to {np.min(noise):g}"
-        )
-    return np.broadcast_to(noise, size)

@@ -1,7 +1,7 @@
 """What a fit looks at: each target in parts that a program takes one at a time; all of it, a share of it, coarser, or
 finer.
 
-A view of any kind has parts of one shape, so that one compiled program serves them all.
+Parts of one shape share a compiled program, whichever shot, camera or lamps they belong to.
 """
 
 from dataclasses import replace
@@ -9,11 +9,13 @@ from dataclasses import replace
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 from diffwhitted.image import dealt, gathered
 from diffwhitted.scene import Marks
 from diffwhitted.tree import Plan, Record, Samples, sample_places
+
+from ._sight import Sight
 
 PART_PIXELS, PART_RAYS = 20_000, 2_000
 """A target is looked at in passes of no more pixels and blocks of no more rays: with a column for each unknown,
@@ -23,42 +25,40 @@ unknowns).
 
 
 class Part(eqx.Module):
-    """One pass of a target."""
+    """One pass of a target, at one place in each of its pixels."""
 
     target: Float[Array, "3 pixels"]
-    weight: Float[Array, "pixels"]
+    weight: Float[Array, "3 pixels"]
     """Square root of the mask over the noise, divided by the root of the number of residuals."""
     column: Float[Array, "pixels"]
     """Of the upper left corner of each pixel, as `row`."""
     row: Float[Array, "pixels"]
     there: Bool[Array, "pixels"]
-    places: Float[Array, "samples 2"]
-    """Where in each pixel the samples are. Where rays move it is one: a pass is as many parts as there are samples a
-    pixel.
-    """
+    place: Float[Array, "2"]
+    """Where in each pixel the sample is: a pass is as many parts as there are samples a pixel."""
     side: Float[Array, ""]
     """Of the square that a sample stands for, in pixels."""
+    sight: Sight
     trees: Record | None
-    """The recorded trees (samples, ...); None where rays move, so that each evaluation records."""
+    """The recorded trees; None where rays move, so that each evaluation records."""
     marks: Marks
     """Of the scene, whose values are traced in the programs of a fit."""
     plan: Plan = eqx.field(static=True)
-    camera: str = eqx.field(static=True)
-    """Its name in the scene, whose camera a fit may move."""
 
-    def samples(self, place: Float[Array, "2"]) -> Samples:
-        """Where the rays of one sample a pixel go."""
-        return Samples(self.column + place[0], self.row + place[1], self.there, self.side)
+    @property
+    def samples(self) -> Samples:
+        """Where the rays of the pixels go."""
+        return Samples(self.column + self.place[0], self.row + self.place[1], self.there, self.side)
 
 
 class View(eqx.Module):
-    """A target: its parts, one for each pass and each group of places in a pixel, pass by pass."""
+    """A target: its parts, one for each pass and each place in a pixel, place by place."""
 
     parts: tuple[Part, ...]
     image: np.ndarray
     """(height, width, 3)."""
     weight: np.ndarray
-    """(height, width)."""
+    """(height, width, 3)."""
     passes: int
     step: int
     """Its pixels are squares of step x step pixels of the camera."""
@@ -67,44 +67,41 @@ class View(eqx.Module):
         self, film: Float[Array | np.ndarray, "passes channels pixels"]
     ) -> Float[Array, "height width channels"]:
         """The passes put together."""
-        return gathered(film, *self.weight.shape)
+        return gathered(film, *self.weight.shape[:2])
+
+    def places_of(self, number: int) -> tuple[Part, ...]:
+        """The parts of one pass."""
+        return self.parts[number :: self.passes]
 
 
 def view_of(
-    camera: str,
+    sight: Sight,
     image: np.ndarray,
     weight: np.ndarray,
-    places: Float[Array, "groups samples 2"],
+    places: Float[Array, "places 2"],
     side: float,
     plan: Plan,
     marks: Marks,
     step: int = 1,
 ) -> View:
-    """A target without trees, whose samples stand for squares of `side` pixels; `step`: see `View`."""
-    dtype, (height, width) = places.dtype, weight.shape
+    """A target without trees, whose samples stand for squares of `side` pixels; `step`: see `View`.
+
+    `weight`: of each pixel (height, width), or of each of its channels (height, width, 3).
+    """
+    dtype, (height, width) = places.dtype, weight.shape[:2]
+    weight = np.broadcast_to(weight if weight.ndim == 3 else weight[..., None], image.shape)
     passes = -(-height * width // plan.pass_pixels) if step > 1 else plan.passes
     row, column = np.mgrid[:height, :width] * float(step)
-    content = np.concatenate(
-        [image, weight[..., None], column[..., None], row[..., None], np.ones_like(weight)[..., None]], axis=-1
-    )
+    content = np.concatenate([image, weight, column[..., None], row[..., None], np.ones((height, width, 1))], axis=-1)
     each = dealt(jnp.asarray(content, dtype), passes, plan.pass_pixels)
+    side_of = jnp.asarray(side, dtype)
     parts = [
         Part(
-            each[n, :3],
-            each[n, 3],
-            each[n, 4],
-            each[n, 5],
-            each[n, 6] > 0,
-            group,
-            jnp.asarray(side, dtype),
-            None,
-            marks,
-            plan,
-            camera,
+            each[n, :3], each[n, 3:6], each[n, 6], each[n, 7], each[n, 8] > 0, place, side_of, sight, None, marks, plan
         )
-        for group in places
+        for place in places
         for n in range(passes)
-    ]
+    ]  # fmt: skip
     return View(tuple(parts), image, weight, passes, step)
 
 
@@ -112,15 +109,15 @@ def coarser(view: View, step: int) -> View:
     """Squares of step x step pixels as one sample with the mean of its pixels; where rays move."""
     if step == 1:
         return view
-    height, width = view.weight.shape
-    room = ((0, -height % step), (0, -width % step))
+    height, width = view.weight.shape[:2]
+    room = ((0, -height % step), (0, -width % step), (0, 0))
     squared = np.pad(view.weight.astype(np.float64) ** 2, room)
-    weighted = np.pad(view.image, (*room, (0, 0))) * squared[..., None]
-    total = _squares(squared[..., None], step)
-    image = np.divide(_squares(weighted, step), total, out=np.zeros((*total.shape[:2], 3)), where=total > 0)
+    total = _squares(squared, step)
+    weighted = _squares(np.pad(view.image, room) * squared, step)
+    image = np.divide(weighted, total, out=np.zeros_like(total), where=total > 0)
     part = view.parts[0]
-    middle = jnp.full_like(part.places, step / 2)[None]
-    return view_of(part.camera, image, np.sqrt(total[..., 0]), middle, step, part.plan, part.marks, step)
+    middle = jnp.full((1, 2), step / 2, part.place.dtype)
+    return view_of(part.sight, image, np.sqrt(total), middle, step, part.plan, part.marks, step)
 
 
 def _squares(picture: np.ndarray, step: int) -> np.ndarray:
@@ -138,11 +135,24 @@ def some_passes(view: View, count: int) -> View:
 
 
 def finer(view: View) -> View:
-    """2 x 2 samples in place of one; where rays move, whose parts have one sample."""
+    """2 x 2 samples in place of one; where rays move."""
 
     def quarter(part: Part, place) -> Part:
-        return replace(part, places=part.places + (place - 0.5) * part.side, side=part.side / 2)
+        return replace(part, place=part.place + (place - 0.5) * part.side, side=part.side / 2)
 
     groups = [view.parts[n : n + view.passes] for n in range(0, len(view.parts), view.passes)]
-    quarters = sample_places(2, view.parts[0].places.dtype)
+    quarters = sample_places(2, view.parts[0].place.dtype)
     return replace(view, parts=tuple(quarter(part, place) for group in groups for place in quarters for part in group))
+
+
+def reweighted(view: View, weight: np.ndarray) -> View:
+    """The view with other weights, (height, width, 3)."""
+    plan = view.parts[0].plan
+    each = dealt(jnp.asarray(weight, view.parts[0].weight.dtype), view.passes, plan.pass_pixels)
+    parts = tuple(replace(part, weight=each[n % view.passes]) for n, part in enumerate(view.parts))
+    return replace(view, parts=parts, weight=weight)
+
+
+def free_of(parts: tuple[Part, ...]) -> Int[Array, "m"]:
+    """The unknowns on which a view's parts depend, by number."""
+    return parts[0].sight.free

@@ -44,7 +44,7 @@ class Stage:
 
     @property
     def samples(self) -> int:
-        return sum(int(np.sum(part.there)) * len(part.places) for view in self.problem.views for part in view.parts)
+        return sum(int(np.sum(part.there)) for view in self.problem.views for part in view.parts)
 
 
 def stages_of(problem: Problem, targets: tuple[CheckedTarget, ...], coarse_to_fine: bool) -> list[Stage]:
@@ -57,11 +57,11 @@ def stages_of(problem: Problem, targets: tuple[CheckedTarget, ...], coarse_to_fi
         return nearly(values, factor, remainder, problem.unknowns, 1e-4)
 
     moving, found = problem.moves, []
-    camera = problem.scene.cameras[problem.views[0].parts[0].camera]
-    fewest = min(view.weight.size for view in problem.views)
+    width, height = problem.views[0].parts[0].plan.picture
+    fewest = min(view.weight[..., 0].size for view in problem.views)
     # Blur what edges tell; light and shadow tell of a light from far enough (measured: a blur leads away from it).
     blurred = any(u.row.moves in ("rays", "patterns") for u in problem.unknowns)
-    for blur in blurs(camera.width, camera.height)[:-1] if blurred else ():
+    for blur in blurs(width, height)[:-1] if blurred else ():
         step = _step(fewest, blur) if coarse_to_fine else 1
         squares = f"squares of {step} x {step} pixels, " if step > 1 else ""
         found.append(

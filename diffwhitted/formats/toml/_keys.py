@@ -25,9 +25,14 @@ def or_colour(one):
     ]
 
 
-def optional(description: str) -> Any:
-    """A key that may be absent; TOML has no null, so the JSON Schema states no default."""
-    return Field(None, description=description, json_schema_extra=lambda schema: schema.pop("default", None))
+def optional(description: str, **limits) -> Any:
+    """A key that may be absent; TOML has no null, so the JSON Schema states no default, but the limits."""
+
+    def without_default(schema: dict) -> None:
+        schema.pop("default", None)
+        schema.update(limits)
+
+    return Field(None, description=description, json_schema_extra=without_default)
 
 
 KEYS = ConfigDict(
@@ -48,6 +53,8 @@ def key(row: Row) -> tuple[Any, Any]:
     extra = {"pattern": row.pattern} if row.pattern else None
     described: dict[str, Any] = {"description": row.meaning} | ({"json_schema_extra": extra} if extra else {})
     if row.default is None:
+        if row.kind == "number":
+            return Annotated[float, Field(allow_inf_nan=False)], optional(row.meaning, **_limits(row))
         return _type(row), optional(row.meaning)
     default = list(row.default) if isinstance(row.default, tuple) else row.default
     return _type(row), Field(**described) if row.default is REQUIRED else Field(default, **described)

@@ -1,8 +1,10 @@
 """Scenes as TOML files: reading, and writing so that reading gives back the same bits."""
 
+import os
 import re
 import tomllib
 from collections.abc import Mapping
+from pathlib import Path
 
 import tomlkit
 from pydantic import ValidationError
@@ -11,19 +13,25 @@ from ..._errors import SceneError
 from ...records import Registry
 from ...scene import BACKGROUNDS, LIGHTS, OBJECTS, TEXTURES, Precision, Scene, float_dtype
 from ...scene.backgrounds import ConstantBackground, GradientBackground
+from ._entry import Entry, written
 from ._faults import faults_of, ordinal, place, scene_error, shown
-from ._schema import Entry, GradientTable, models, written
+from ._schema import GradientTable, models
+from ._shots import joined, relative
 
 
-def parse_scene(text: str, *, source: str = "scene", precision: Precision = "float32") -> Scene:
-    """The scene in a TOML text; `source` is what messages call it. Raises `SceneError`."""
+def parse_scene(
+    text: str, *, source: str = "scene", precision: Precision = "float32", folder: str | os.PathLike | None = None
+) -> Scene:
+    """The scene in a TOML text; `source` is what messages call it, `folder` where its pictures are. Raises
+    `SceneError`.
+    """
     document = _document(text, source)
     dtype = float_dtype(precision)
     try:
         file = models().file.model_validate(document)
     except ValidationError as error:
         raise scene_error(source, faults_of(error, document)) from None
-    return _scene(file, dtype, source)
+    return _scene(file, dtype, source, None if folder is None else Path(folder))
 
 
 def parse_bytes(data: bytes, source: str, precision: Precision) -> Scene:
@@ -36,11 +44,11 @@ def parse_bytes(data: bytes, source: str, precision: Precision) -> Scene:
             f"{source}: line {line}: byte 0x{data[error.start]:02x} is not UTF-8; "
             "allowed is UTF-8 text. Save the file with that encoding"
         ) from None
-    return parse_scene(text, source=source, precision=precision)
+    return parse_scene(text, source=source, precision=precision, folder=Path(source).parent)
 
 
-def scene_text(scene: Scene, *, source: str = "scene") -> str:
-    """A scene as TOML text, each number as short as its precision allows.
+def scene_text(scene: Scene, *, source: str = "scene", folder: Path | None = None) -> str:
+    """A scene as TOML text whose files are named from `folder`, each number as short as its precision allows.
 
     Raises `SceneError` for what could not be read back, such as NaN or a value outside its interval.
     """
@@ -55,12 +63,13 @@ def scene_text(scene: Scene, *, source: str = "scene") -> str:
         "texture": [_plain(TEXTURES, tables.texture, texture, name=name) for name, texture in scene.textures.items()],
         "material": [tables.material.plain(material, name=name) for name, material in scene.materials.items()],
         "object": [_plain(OBJECTS, tables.object, thing) for thing in scene.objects],
+        "shot": [tables.shot.plain(relative(shot, folder)) for shot in scene.shots],
     }
     try:
         file = models().file.model_validate(plain)
     except ValidationError as error:
         raise scene_error(source, faults_of(error, plain)) from None
-    _scene(file, scene.dtype, source)
+    _scene(file, scene.dtype, source, None)
     return _dumped(plain)
 
 
@@ -92,7 +101,7 @@ def _broken(message: str, text: str, source: str) -> str:
     return f"{source}: line {line}, column {column}: broken TOML: {what}; the line is {said}"
 
 
-def _scene(file, dtype, source: str) -> Scene:
+def _scene(file, dtype, source: str, folder: Path | None) -> Scene:
     faults = []
 
     def records(table: str) -> list:
@@ -107,7 +116,7 @@ def _scene(file, dtype, source: str) -> Scene:
     def named(table: str) -> dict:
         return dict(zip((entry.name for entry in getattr(file, table)), records(table), strict=False))
 
-    for table in ("camera", "texture", "material", "object"):
+    for table in ("camera", "texture", "material", "object", "shot"):
         faults += _repeated(table, [entry.name for entry in getattr(file, table)])
     stated = dict(
         cameras=named("camera"),
@@ -115,6 +124,7 @@ def _scene(file, dtype, source: str) -> Scene:
         textures=named("texture"),
         materials=named("material"),
         objects=records("object"),
+        shots=[joined(shot, folder) for shot in records("shot")],
     )
     try:
         settings = _settings(file.scene, dtype)
