@@ -17,7 +17,6 @@ from diffwhitted.tree import decide_effects, points_only, trees_or_points
 from ._errors import FitError
 from ._outcome import outcome, with_runs
 from ._result import FitResult, FitStep
-from .judging._rest import UNIT
 from .problem._bounds import Bounds
 from .problem._build import build
 from .problem._free_names import free_parameters, whole_names
@@ -25,8 +24,8 @@ from .problem._problem import any_moves
 from .problem._shot_files import shots_of
 from .problem._target import CheckedTarget, as_targets
 from .problem._unknowns import Unknown, insert, list_unknowns, start_values
+from .solving._settling import settle
 from .solving._solve import compile_solver
-from .solving._stages import run, stages_of
 
 
 def fit(
@@ -86,29 +85,42 @@ def fit(
     if given.keeps_digits:
         _require_no_places(unknowns)
     first = start_values(scene, unknowns, start)
+    automatic = footprint is None and not scene.footprint and samples == 1 and not any_moves(unknowns)
     if footprint is None:
         footprint = scene.footprint or (samples if any_moves(unknowns) else 0)
+    sampling = None if automatic else "pixel" if footprint or samples > 1 else "points"
     footprint, samples = _able(scene, unknowns, footprint, samples)
-    problem, scale = build(scene, targets, names, unknowns, first, samples, max_depth, footprint)
-    stages = stages_of(problem, targets, coarse_to_fine)
+    problem, weighing = build(scene, targets, names, unknowns, first, samples, max_depth, footprint)
     compile_solver(problem, first)
-    seconds_compile, solutions = time.perf_counter() - begun, []
+    seconds_compile, ends = time.perf_counter() - begun, []
     for point in _starting_points(first, unknowns, starts):
-        solutions.append(run(stages, point, max_steps, on_step, scale))
-        if solutions[-1].interrupted:
+        ends.append(
+            settle(
+                problem,
+                targets,
+                weighing,
+                point,
+                sampling=sampling,
+                max_steps=max_steps,
+                coarse_to_fine=coarse_to_fine,
+                on_step=on_step,
+            )
+        )
+        if ends[-1].solution.interrupted:
             break
-    best = min(solutions, key=lambda s: s.loss)
+    end = min(ends, key=lambda end: end.remainder)
+    best, problem = end.solution, end.problem
     effects = tuple(
         (d.name, d.on, d.why) for d in decide_effects(scene, whole_names(scene, names), max_depth, footprint)
     )
     notes = tuple(f"{name} left as it is: {why}" for name, why in passed_over)
-    result = outcome(scene, targets, problem, first, best, UNIT, effects, notes)
+    result = outcome(scene, targets, end, first, effects, notes)
     if given.keeps_digits:
         whole = changed(given, shots=scene.shots)
         result = replace(result, scene=insert(whole, unknowns, best.values.astype(given.dtype)))
     if not given.shots and not any(u.parameter.family == "shot" for u in unknowns):
         result = replace(result, scene=changed(result.scene, shots=()))
-    return with_runs(result, solutions, seconds_compile)
+    return with_runs(result, [end.solution for end in ends], seconds_compile)
 
 
 def _require_no_places(unknowns) -> None:

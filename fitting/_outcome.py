@@ -10,12 +10,13 @@ from diffwhitted.image import gathered
 from diffwhitted.scene import Scene
 
 from ._result import FitResult, FittedCoefficient, FitView, Status
+from .judging._evidence import evidence, robust_errors
 from .judging._identifiability import QUANTILE, Uncertainty, uncertainty
 from .judging._misfit import at_rounding_level, is_structured
 from .judging._rest import jacobian_precision, on_bound, residual_count, residual_noise, rest_share, unsettled
-from .problem._problem import Problem
 from .problem._target import CheckedTarget
 from .problem._unknowns import Unknown, free_as_named, insert
+from .solving._settling import Settled
 from .solving._solve import Solution
 
 SETTLED = 1e-4
@@ -32,31 +33,33 @@ MISFIT = (
 def outcome(
     scene: Scene,
     targets: tuple[CheckedTarget, ...],
-    problem: Problem,
+    end: Settled,
     start: np.ndarray,
-    best: Solution,
-    unit: float,
     effects: tuple[tuple[str, bool, str], ...],
     notes: tuple[str, ...],
 ) -> FitResult:
-    """The result of the best run, whose residuals are in `unit` where no noise is given; its counts of starts and
-    seconds are filled in by the caller.
-    """
-    unknowns = problem.unknowns
+    """The result of the best run; its counts of starts and seconds are filled in by the caller."""
+    best, unknowns, unit = end.solution, end.problem.unknowns, end.weighing.unit
     residuals = residual_count(targets)
-    noises = [None if t.noise is None else t.noise.deviation(t.image) for t in targets]
+    given, weighing = targets[0].noise is not None, end.weighing
+    noises = weighing.deviations if given or weighing.estimated else (None,) * len(targets)
     noise = residual_noise(targets, best.loss, len(unknowns), unit, scene)
     eps = float(jnp.finfo(scene.dtype).eps)
-    known = uncertainty(
-        best.factor, noise, best.values, unknowns, jacobian_precision(scene), RESOLVED * eps, best.shift
-    )
     at_bound = on_bound(best.values, unknowns)
     views = tuple(_view(t, film, scene) for t, film in zip(targets, best.films, strict=True))
+    rounding = at_rounding_level(views, eps, rest_share(scene))
+    structured = not rounding and is_structured(views, noises, len(unknowns))
+    widened = np.zeros(len(unknowns))
+    if not rounding and (structured or weighing.estimated):
+        errors = robust_errors(evidence(end.problem, targets, best.values), structured)
+        widened = weighing.slack * np.max(list(errors.values()), axis=0)
+    known = uncertainty(
+        best.factor, noise, best.values, unknowns, jacobian_precision(scene), RESOLVED * eps, best.shift, widened
+    )
     moving = unsettled(
         best.values, best.factor, best.remainder, known, unknowns, jacobian_precision(scene), SETTLED, 0.05
     )
-    rounding = at_rounding_level(views, eps, rest_share(scene))
-    misfit = not rounding and is_structured(views, tuple(noises), len(unknowns))
+    misfit = structured
     if misfit:
         notes = (MISFIT, *notes)
     coarse = [
@@ -71,6 +74,8 @@ def outcome(
             "narrows it",
             *notes,
         )
+    if said := end.said:
+        notes = (said, *notes)
     if np.isnan(noise):
         notes = (
             f"there are no more residuals ({residuals}) than unknowns ({len(unknowns)}), so the noise cannot be "
@@ -81,11 +86,7 @@ def outcome(
         best, known, [u.name for u, moves in zip(unknowns, moving, strict=True) if moves], unknowns
     )
     squares = sum(float(np.sum(v.residual.astype(np.float64)[v.weight > 0] ** 2)) for v in views)
-    spread = (
-        np.sqrt(np.mean([np.mean(n**2) for n in noises if n is not None]))
-        if noises[0] is not None
-        else noise * np.sqrt(residuals) * unit
-    )
+    spread = noise * np.sqrt(residuals) * weighing.typical(targets)
     return FitResult(
         status=status,
         message="; ".join((message, *notes)),
@@ -94,7 +95,7 @@ def outcome(
         rank=known.rank,
         rmse=float(np.sqrt(squares / residuals)),
         noise=float(spread),
-        noise_given=noises[0] is not None,
+        noise_given=given,
         steps=len(best.history),
         history=best.history,
         seconds_compile=0.0,
@@ -107,6 +108,7 @@ def outcome(
         misfit=misfit,
         at_rounding_level=rounding,
         stages=best.stages,
+        sampling=end.sampling,
     )
 
 

@@ -175,6 +175,7 @@ class FitResult:
       where it could not be.
     - `misfit`: the residual is not noise (neighbouring pixels agree, or it is well above the given noise), so the
       intervals are too narrow; `at_rounding_level`: it is no more than arithmetic and solver leave over.
+    - `sampling`: "points" (one in the middle of each pixel) or "pixel" (the target averages over the area of each).
     - `steps`, `history`: how many steps the solver took, and one `FitStep` for each; `stages`: one `FitStage` for
       each way in which it looked at the targets, from coarse to fine.
     - `seconds_compile`, `seconds_solve`: wall-clock seconds.
@@ -205,6 +206,7 @@ class FitResult:
     misfit: bool = False
     at_rounding_level: bool = False
     stages: tuple[FitStage, ...] = ()
+    sampling: str = "points"
 
     def __post_init__(self) -> None:
         if self.status not in get_args(Status):
@@ -246,6 +248,7 @@ class FitResult:
             "noise_given": bool(self.noise_given),
             "misfit": bool(self.misfit),
             "at_rounding_level": bool(self.at_rounding_level),
+            "sampling": self.sampling,
             "steps": int(self.steps),
             "starts_tried": int(self.starts_tried),
             "seconds": {"compile": _finite(self.seconds_compile), "solve": _finite(self.seconds_solve)},

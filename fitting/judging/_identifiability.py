@@ -48,13 +48,15 @@ def uncertainty(
     precision: float,
     resolution: float = 0.0,
     shift: np.ndarray | float = 0.0,
+    widened: np.ndarray | float = 0.0,
 ) -> Uncertainty:
     """From R of the residuals' Jacobian (p, p), and the standard deviation `noise` of the residuals.
 
     Without a noise (NaN) there are no standard errors, and the rank alone says what is determined. `precision` is
     the relative accuracy of R: directions that are shorter than that are not determined. `resolution` is the
     share of a coefficient below which no standard error goes. `shift` is half a 95 % interval of its own, of another
-    cause than noise.
+    cause than noise. `widened`: standard errors where residuals are not the independent noise of the model; the larger
+    one counts.
     """
     count = len(unknowns)
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
@@ -67,7 +69,7 @@ def uncertainty(
     confounded = tuple(_partners(j, taking_part) for j in range(count))
     inverse = np.divide(1, lengths, out=np.zeros_like(lengths), where=determined)
     covariance = (directions.T * inverse**2) @ directions / np.outer(scale, scale) * noise**2
-    spread = np.sqrt(np.maximum(np.diagonal(covariance), 0))
+    spread = np.maximum(np.sqrt(np.maximum(np.diagonal(covariance), 0)), widened)
     alone = np.array([not c for c in confounded])
     identifiable = seen & alone & ~(_scaled_error(spread, values, unknowns) >= WIDEST * _scaled_width(unknowns))
     error = np.where(identifiable, np.hypot(np.maximum(spread, resolution * abs(values)), shift / QUANTILE), np.nan)

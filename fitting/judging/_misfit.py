@@ -25,10 +25,12 @@ def at_rounding_level(views: tuple[FitView, ...], eps: float, at_rest: float) ->
     """Is the residual no more than the arithmetic leaves over, or a solver that rests at steps of the share
     `at_rest`?
     """
-    return all(
-        view.rmse <= max(ROUNDING * eps, 2 * at_rest) * _root_mean_square(view.target[view.weight > 0])
-        for view in views
-    )
+    return all(at_rounding(v.residual[v.weight > 0], v.target[v.weight > 0], eps, at_rest) for v in views)
+
+
+def at_rounding(residual: np.ndarray, target: np.ndarray, eps: float, at_rest: float) -> bool:
+    """Is this residual of these values no more than that?"""
+    return _root_mean_square(residual) <= max(ROUNDING * eps, 2 * at_rest) * _root_mean_square(target)
 
 
 def is_structured(views: tuple[FitView, ...], noises: tuple[np.ndarray | None, ...], unknowns: int) -> bool:

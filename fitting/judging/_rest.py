@@ -5,12 +5,10 @@ import numpy as np
 
 from diffwhitted.scene import Scene
 
-from ..problem._target import CheckedTarget
+from ..problem._target import CheckedTarget, residual_count
 from ..problem._unknowns import Unknown
 from ._identifiability import Uncertainty, uncertainty
 
-UNIT = 0.01
-"""Unit of the residuals where no noise is given; it sets how bold the solver's first steps are."""
 AT_REST = 8.0
 """The solver stops early below so many units in the last place of the coefficient, or a 200th of the standard error."""
 ON_THE_BOUND = 1e-3
@@ -123,10 +121,6 @@ def rest_test(
         ).any()
 
     return at_rest
-
-
-def residual_count(targets: tuple[CheckedTarget, ...]) -> int:
-    return sum(t.channels * int((t.mask > 0).sum()) for t in targets)
 
 
 def jacobian_precision(scene: Scene) -> float:

@@ -10,15 +10,15 @@ from diffwhitted.records import changed
 from diffwhitted.scene import Scene, marks_of
 from diffwhitted.tree import likely_room, make_plan, sample_places
 
-from ..judging._rest import UNIT, residual_count
 from ._bounds import Bounds
 from ._free_names import whole_names
 from ._nameless import nameless_scene, nameless_unknowns, numbered_names
 from ._problem import Problem, any_moves, prepared
 from ._sight import sights
-from ._target import CheckedTarget
+from ._target import CheckedTarget, residual_count
 from ._unknowns import Unknown
 from ._views import PART_PIXELS, PART_RAYS, view_of
+from ._weighing import Weighing, first_weighing
 
 SPARE = 1.4
 """Moving rays come to be more: so many times the likely room, for more room later would be another program."""
@@ -33,11 +33,10 @@ def build(
     samples: int,
     max_depth: int | None,
     footprint: int,
-) -> tuple[Problem, float]:
-    """The problem, whose scene has the shots of the targets, and the number by which its mean square becomes the sum of
-    squares.
-    """
+) -> tuple[Problem, Weighing]:
+    """The problem, whose scene has the shots of the targets, and how much its residuals count."""
     scene, total = changed(scene, shots=tuple(target.shot for target in targets)), float(residual_count(targets))
+    weighing = first_weighing(targets, total)
     moving, places = any_moves(unknowns), sample_places(footprint or samples, scene.dtype)
     called, plans = numbered_names(scene), []
     for target in targets:
@@ -60,18 +59,8 @@ def build(
     seen = sights(plain, [called["camera"][t.camera] for t in targets], burning, nameless)
     marks = [marks_of(scene, plan.at_work) for plan in plans]
     views = tuple(
-        view_of(sight, t.image, weights(t, total), places, 1 / max(footprint, 1), plan.program, mark)
-        for t, plan, mark, sight in zip(targets, plans, marks, seen, strict=True)
+        view_of(sight, t.image, weight, places, 1 / max(footprint, 1), plan.program, mark)
+        for t, weight, plan, mark, sight in zip(targets, weighing.weights(targets), plans, marks, seen, strict=True)
     )
     views = prepared(plain, nameless, jnp.asarray(first, scene.dtype), views, moving)
-    return Problem(plain, Bounds(unknowns), views, unknowns, nameless), total
-
-
-def weights(target: CheckedTarget, total: float, spread: np.ndarray | float = UNIT) -> np.ndarray:
-    """Of each channel of each pixel, (height, width, 3): its residual times this has a square of the right weight.
-
-    `spread`: standard deviation of what is left over, where no noise is given. Equal channels count as one.
-    """
-    deviation = spread if target.noise is None else target.noise.deviation(target.image)
-    weight = np.sqrt(target.mask / (3 / target.channels))[..., None] / deviation / np.sqrt(total)
-    return np.broadcast_to(weight, target.image.shape)
+    return Problem(plain, Bounds(unknowns), views, unknowns, nameless), weighing

@@ -2,16 +2,19 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, TypeGuard
 
 import numpy as np
 
 from diffwhitted import SceneError, Shot
-from diffwhitted.image import ImageFile
 from diffwhitted.records import changed
 from diffwhitted.scene import Scene, nearest_name
 
 from .._errors import FitError
 from ._noise import Noise, checked_noise
+
+if TYPE_CHECKING:
+    from diffwhitted.image import ImageFile
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +32,7 @@ class Target:
     - `shot`: exposure, black level, lights that burn, filter (see `diffwhitted.Shot`); None: light as it is.
     """
 
-    image: np.ndarray | ImageFile
+    image: "np.ndarray | ImageFile"
     camera: str | None = None
     mask: np.ndarray | None = None
     noise: float | np.ndarray | tuple[float, float] | None = None
@@ -48,7 +51,7 @@ class CheckedTarget:
     shot: Shot
     monochrome: bool = False
     """Its three channels are one measurement."""
-    file: ImageFile | None = None
+    file: "ImageFile | None" = None
 
     @property
     def name(self) -> str:
@@ -70,9 +73,7 @@ def as_targets(scene: Scene, targets) -> tuple[CheckedTarget, ...]:
         targets = [_of_camera(camera, target) for camera, target in targets.items()]
     elif isinstance(targets, Target) or not isinstance(targets, Sequence):
         targets = [targets]
-    targets = [
-        t if isinstance(t, Target) else Target(t if isinstance(t, ImageFile) else np.asarray(t)) for t in targets
-    ]
+    targets = [t if isinstance(t, Target) else Target(t if is_file(t) else np.asarray(t)) for t in targets]
     if not targets:
         raise FitError("targets: there is none; give at least one picture")
     names = _names(scene, targets)
@@ -80,6 +81,16 @@ def as_targets(scene: Scene, targets) -> tuple[CheckedTarget, ...]:
     if len({t.noise is None for t in checked}) > 1:
         raise FitError("targets: some have a noise and some do not; give it for all of them or for none")
     return checked
+
+
+def residual_count(targets: Sequence[CheckedTarget]) -> int:
+    """Measurements in all."""
+    return sum(t.channels * int((t.mask > 0).sum()) for t in targets)
+
+
+def is_file(image) -> "TypeGuard[ImageFile]":
+    """Is it a picture as `read_image` gives it? The library of image files is loaded for those alone."""
+    return type(image).__name__ == "ImageFile"
 
 
 def _names(scene: Scene, targets: Sequence[Target]) -> list[str]:
@@ -113,8 +124,8 @@ def _checked(scene: Scene, target: Target, called: str) -> CheckedTarget:
     camera, place = scene.cameras[name], f"target of camera {name!r}"
     size = (camera.height, camera.width)
     # Take what the file says of itself.
-    file = target.image if isinstance(target.image, ImageFile) else None
-    image = np.asarray(target.image.pixels if isinstance(target.image, ImageFile) else target.image)
+    file = target.image if is_file(target.image) else None
+    image = np.asarray(target.image if file is None else file.pixels)
     given_mask = target.mask if target.mask is not None or file is None else file.alpha
     if image.ndim != 3 or image.shape[2] != 3:
         raise FitError(f"{place}: its shape is {image.shape}; allowed is (height, width, 3), linear RGB")

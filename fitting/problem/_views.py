@@ -156,3 +156,9 @@ def reweighted(view: View, weight: np.ndarray) -> View:
 def free_of(parts: tuple[Part, ...]) -> Int[Array, "m"]:
     """The unknowns on which a view's parts depend, by number."""
     return parts[0].sight.free
+
+
+def at_places(view: View, places: Float[Array, "places 2"]) -> View:
+    """The view with one sample at each of these places in every pixel, not yet traced; where no ray moves."""
+    passes = view.parts[: view.passes]
+    return replace(view, parts=tuple(replace(part, place=place, trees=None) for place in places for part in passes))

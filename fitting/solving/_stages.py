@@ -15,11 +15,12 @@ import numpy as np
 from diffwhitted.numerics._workers import processors
 
 from .._result import FitStage, FitStep
-from ..judging._rest import UNIT, nearly, off_bound, rest_test
+from ..judging._rest import nearly, off_bound, rest_test
 from ..problem._problem import Problem
 from ..problem._pyramid import blurs
 from ..problem._target import CheckedTarget
 from ..problem._views import coarser, finer, some_passes
+from ..problem._weighing import UNIT
 from ._scan import best_of
 from ._solve import Solution, solve
 
@@ -47,11 +48,13 @@ class Stage:
         return sum(int(np.sum(part.there)) for view in self.problem.views for part in view.parts)
 
 
-def stages_of(problem: Problem, targets: tuple[CheckedTarget, ...], coarse_to_fine: bool) -> list[Stage]:
-    """The stages of a fit, in order."""
+def stages_of(
+    problem: Problem, targets: tuple[CheckedTarget, ...], coarse_to_fine: bool, unit: float = UNIT
+) -> list[Stage]:
+    """The stages of a fit, in order. `unit` of the residuals: the least that they are divided by."""
 
     def rest(errors: float = 0.005):
-        return rest_test(problem.scene, targets, problem.unknowns, UNIT, errors)
+        return rest_test(problem.scene, targets, problem.unknowns, unit, errors)
 
     def settled(values, factor, remainder, loss) -> bool:
         return nearly(values, factor, remainder, problem.unknowns, 1e-4)

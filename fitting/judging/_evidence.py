@@ -1,0 +1,132 @@
+"""What each pixel says of each coefficient, and from there standard errors that hold where residuals are no white noise.
+
+At the solution the scores g_i = sum over the channels of J_i r_i (weighted) of all pixels i add up to nothing. If
+residuals were independent with the assumed variance, the covariance would be that of the linear model, A^-1 with A =
+J'J. In general it is the sandwich A^-1 B A^-1 with B = sum over groups G of (sum of g_i in G)(...)', where what is in
+one group may be correlated in any way and groups are independent (Huber 1967; White 1980; for groups Liang and Zeger
+1986). A wrong model spreads over whole objects: there, leaving out one contiguous piece of the objects after another
+(delete-a-group jackknife) tells how far the answer hangs on the piece.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..problem._problem import Problem, pass_rows
+from ..problem._target import CheckedTarget
+
+BLOCKS = (8, 16, 32)
+"""Sides of square groups of pixels."""
+MOST_LOST = 2.0
+"""A piece without which the variance of a coefficient is more times what it was counts as if it were so many times."""
+SECTORS = 12
+"""Pieces into which the pixels of a target are parted, around the middle of what its coefficients see."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Scores and normal matrices at the solution, in units of the weighted residuals."""
+
+    scores: tuple[np.ndarray, ...]
+    """For each target (height, width, p)."""
+    pieces: tuple[np.ndarray, ...]
+    """For each target the number of the piece of each pixel."""
+    grams: np.ndarray
+    """(pieces, p, p): J'J of each piece."""
+
+    @property
+    def gram(self) -> np.ndarray:
+        return self.grams.sum(axis=0)
+
+
+def evidence(problem: Problem, targets: Sequence[CheckedTarget], values: np.ndarray) -> Evidence:
+    """At these coefficients, one look at all pixels."""
+    count, asked, first = len(problem.unknowns), problem.asked(values), 0
+    scores, pieces, grams = [], [], []
+    for view, target in zip(problem.views, targets, strict=True):
+        names = asked.columns_of(view.parts[0])
+        mine = [k for k, name in enumerate(names) if name >= 0]
+        found = list(pass_rows(asked, view, lambda rows: np.asarray(rows)))
+        # The rows of all pixels, (height, width, columns, 3), which fit the memory target by target.
+        rows = np.stack([rows.reshape(-1, rows.shape[-1]) for rows, _ in found])
+        picture = np.asarray(view.picture(rows)).reshape(*target.mask.shape, -1, 3)
+        jacobian, residual = picture[:, :, mine], picture[:, :, -1:]
+        whole = np.zeros((*target.mask.shape, count))
+        whole[:, :, [names[k] for k in mine]] = (jacobian * residual).sum(axis=-1)
+        piece = _sectors(np.abs(jacobian).sum(axis=(2, 3)) * (target.mask > 0))
+        gram = np.zeros((SECTORS, count, count))
+        place = np.ix_([names[k] for k in mine], [names[k] for k in mine])
+        for number in range(SECTORS):
+            part = jacobian[piece == number].transpose(0, 2, 1).reshape(-1, len(mine)).astype(np.float64)
+            gram[number][place] = part.T @ part
+        scores.append(whole)
+        pieces.append(piece + first)
+        grams.append(gram)
+        first += SECTORS
+    return Evidence(tuple(scores), tuple(pieces), np.concatenate(grams))
+
+
+def robust_errors(found: Evidence, correlated: bool) -> dict[str, np.ndarray]:
+    """Standard errors (p,) by what they allow for: residuals of any size, residuals that go along with their
+    neighbours', a model that is wrong over whole objects.
+    """
+    scale = np.sqrt(np.maximum(np.diagonal(found.gram), 1e-300))
+    inverse = np.linalg.pinv(found.gram / np.outer(scale, scale), rcond=1e-9, hermitian=True) / np.outer(scale, scale)
+
+    def error(covariance: np.ndarray) -> np.ndarray:
+        return np.sqrt(np.maximum(np.diagonal(covariance), 0))
+
+    errors = {"sizes": error(inverse @ sandwich(found, 1) @ inverse)}
+    if correlated:
+        errors |= {f"blocks of {side}": error(inverse @ sandwich(found, side) @ inverse) for side in BLOCKS}
+        errors["pieces"] = error(jackknife(found))
+    return errors
+
+
+def _sectors(size: np.ndarray) -> np.ndarray:
+    """The number of the sector of each pixel, around the middle of where `size` is; as many pixels that count in each."""
+    down, across = np.indices(size.shape)
+    total = max(float(size.sum()), 1e-300)
+    middle = (down * size).sum() / total, (across * size).sum() / total
+    angle = np.arctan2(down - middle[0], across - middle[1])
+    counted = np.sort(angle[size > 0]) if (size > 0).any() else np.zeros(1)
+    ends = counted[np.linspace(0, len(counted) - 1, SECTORS + 1).astype(int)[1:-1]]
+    return np.searchsorted(ends, angle, side="right")
+
+
+def sandwich(found: Evidence, side: int) -> np.ndarray:
+    """B of groups that are squares of so many pixels, (p, p); groups that say nothing do not count."""
+    total, groups = 0, 0
+    for score in found.scores:
+        height, width, count = score.shape
+        room = ((0, -height % side), (0, -width % side), (0, 0))
+        blocks = np.pad(score, room).reshape(-(-height // side), side, -(-width // side), side, count).sum(axis=(1, 3))
+        flat = blocks.reshape(-1, count)
+        flat = flat[np.any(flat != 0, axis=1)]
+        total, groups = total + flat.T @ flat, groups + len(flat)
+    return total * groups / max(groups - len(found.gram), 1)
+
+
+def jackknife(found: Evidence) -> np.ndarray:
+    """The covariance, (p, p), by leaving out one piece after another: (n - 1)/n times the sum of squares of what that
+    changes.
+    """
+    scores = np.zeros((len(found.grams), len(found.gram)))
+    for score, piece in zip(found.scores, found.pieces, strict=True):
+        np.add.at(scores, piece.ravel(), score.reshape(-1, score.shape[-1]))
+    scale = np.sqrt(np.maximum(np.diagonal(found.gram), 1e-300))
+
+    def inverse_of(gram: np.ndarray) -> np.ndarray:
+        return np.linalg.pinv(gram / np.outer(scale, scale), rcond=1e-7, hermitian=True)
+
+    whole, changes = np.diagonal(inverse_of(found.gram)), []
+    for gram, score in zip(found.grams, scores, strict=True):
+        rest = inverse_of(found.gram - gram)
+        # What hardly anything but this piece tells of changes by its noise alone: count no more than twice that.
+        lost = np.divide(np.diagonal(rest), whole, out=np.ones_like(whole), where=whole > 0)
+        changes.append(rest @ (score / scale) / scale * np.minimum(1, (MOST_LOST / np.maximum(lost, 1e-300)) ** 0.5))
+    used = np.array([bool(np.any(gram)) for gram in found.grams])
+    spread = np.stack(changes)[used]
+    spread = spread - spread.mean(axis=0)
+    return (len(spread) - 1) / max(len(spread), 1) * spread.T @ spread
