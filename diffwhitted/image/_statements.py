@@ -1,0 +1,138 @@
+"""What a file says of its colours, and what that means: a curve for each channel, then a matrix to Rec.709.
+
+The first that is there counts: codes of ITU-T H.273 (CICP), an ICC profile, for PNG its sRGB and then its gAMA and
+cHRM (PNG, third edition, section 4.3), the chromaticities of an OpenEXR file, the name of a colour space.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import OpenImageIO as oiio
+from jaxtyping import Float
+
+from ._encodings import decode_signal, gamma
+from ._faults import Unusable
+from ._gamut import from_chromaticities, from_space
+from ._png import PngColour
+from ._profiles import Profile, read_profile
+
+_TRANSFER = {1: "rec709", 4: "gamma:2.2", 5: "gamma:2.8", 6: "rec709", 8: "linear", 13: "srgb", 14: "rec709"}
+"""Codes of transfer characteristics (ITU-T H.273, table 3), as far as they are read."""
+_PRIMARIES = {1: "ITU-R BT.709", 5: "ITU-R BT.470 - 625", 6: "SMPTE C", 7: "SMPTE C", 9: "ITU-R BT.2020", 12: "P3-D65"}
+"""Codes of primaries (ITU-T H.273, table 2), and colour-science's name of a space that has them."""
+_SPACES = {
+    **dict.fromkeys(("linear", "scene_linear", "lin_rec709", "lin_srgb"), "linear"),
+    "srgb": "srgb",
+    "rec709": "rec709",
+    "kodaklog": "cineon",
+}
+"""Names of colour spaces with the primaries of Rec.709, as OpenImageIO reports them, in lower case."""
+_PREFIXES = {"lin": "linear", "srgb": "srgb", "g18": "gamma:1.8", "g22": "gamma:2.2", "g24": "gamma:2.4"}
+"""First words of the names CURVE_PRIMARIES_STATE (ASWF Colour Interop Forum)."""
+_INTEROP = {
+    "rec709": "ITU-R BT.709",
+    "ap0": "ACES2065-1",
+    "ap1": "ACEScg",
+    "p3d65": "P3-D65",
+    "rec2020": "ITU-R BT.2020",
+    "adobergb": "Adobe RGB (1998)",
+}
+"""Words for primaries in these names."""
+_SILENT_KINDS = {"pnm": "Netpbm", "dpx": "DPX", "fits": "FITS"}
+"""Kinds of files of which a reader cannot know how they encode light."""
+
+_WAY_OUT = "say its encoding (such as linear), or convert it first, for instance by oiiotool --colorconvert"
+
+
+@dataclass(frozen=True, eq=False)
+class Decoding:
+    """From the numbers of a file to linear Rec.709.
+
+    encoding: its name, or None for a profile's own curves. curves: one for all channels, or three; from float64
+    signal, where 1 is the largest code, to light. matrix: from there to Rec.709; None where it is Rec.709.
+    """
+
+    encoding: str | None
+    curves: tuple[Callable[[np.ndarray], np.ndarray], ...]
+    matrix: Float[np.ndarray, "3 3"] | None = None
+    notes: tuple[str, ...] = ()
+
+
+def decoding_of(spec: oiio.ImageSpec, kind: str, png: PngColour | None, floating: bool, wanted: str | None) -> Decoding:
+    """What a file says of its colours, `wanted` (an encoding) in place of its curve.
+
+    Raises Unusable for what is stated and not read.
+    """
+    profile, notes = _profile(spec)
+    encoding, matrix = None, None
+    if cicp := _cicp(spec):
+        encoding = wanted or _TRANSFER.get(cicp[1])
+        if encoding is None or cicp[0] not in _PRIMARIES:
+            raise Unusable(f"its colours have the codes {cicp} of ITU-T H.273, which are not read; {_WAY_OUT}")
+        matrix = from_space(_PRIMARIES[cicp[0]])
+    elif profile is not None:
+        matrix, encoding = profile.matrix, wanted or profile.encoding
+        if encoding is None:
+            return Decoding(None, profile.curves, matrix, notes)
+    elif png is not None:
+        encoding = wanted or ("linear" if floating else "srgb")
+        if not png.srgb:
+            encoding = wanted or ("srgb" if png.gamma is None else gamma(1 / png.gamma))
+            matrix = None if png.chromaticities is None else from_chromaticities(png.chromaticities)
+    else:
+        encoding, matrix, notes = _named(spec, kind, floating, wanted, notes)
+    return Decoding(encoding, (_curve(encoding),), matrix, notes)
+
+
+def _curve(encoding: str) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda signal: decode_signal(signal, encoding)
+
+
+def _named(
+    spec: oiio.ImageSpec, kind: str, floating: bool, wanted: str | None, notes: tuple[str, ...]
+) -> tuple[str, np.ndarray | None, tuple[str, ...]]:
+    """Encoding, matrix and notes by the name of a colour space, or by what files of that kind mostly hold."""
+    tag = spec.get_string_attribute("oiio:ColorSpace").lower()
+    if tag in ("", "unknown") or kind == "pnm":
+        encoding = wanted or ("linear" if floating else "srgb")
+        if kind in _SILENT_KINDS and wanted is None and not floating:
+            notes += (f"A {_SILENT_KINDS[kind]} file does not say how it encodes light; it was read as sRGB.",)
+        matrix = None
+    elif tag in _SPACES:
+        encoding, matrix = wanted or _SPACES[tag], None
+    else:
+        encoding, matrix = _of_space(tag, wanted)
+    chromaticities = spec.getattribute("chromaticities")
+    return encoding, matrix if chromaticities is None else from_chromaticities(chromaticities), notes
+
+
+def _of_space(tag: str, wanted: str | None) -> tuple[str, np.ndarray | None]:
+    """Encoding and matrix of a space CURVE_PRIMARIES_STATE; with `wanted`, a name that is not known is no matter."""
+    prefix, _, primaries = tag.rpartition("_")[0].partition("_")
+    encoding = wanted or _PREFIXES.get(prefix)
+    if encoding is None or (wanted is None and primaries not in _INTEROP):
+        raise Unusable(f"its colour space is {tag!r}, which is not read; {_WAY_OUT}")
+    return encoding, from_space(_INTEROP[primaries]) if primaries in _INTEROP else None
+
+
+def _cicp(spec: oiio.ImageSpec) -> tuple[int, int] | None:
+    """Codes of primaries and curve; None where the file states none, or leaves them open (code 2)."""
+    codes = spec.getattribute("CICP")
+    if codes is None or len(codes) < 2 or 2 in codes[:2]:
+        return None
+    return int(codes[0]), int(codes[1])
+
+
+def _profile(spec: oiio.ImageSpec) -> tuple[Profile | None, tuple[str, ...]]:
+    """The ICC profile of the file, and a note where there is one that is not read."""
+    data = spec.getattribute("ICCProfile")
+    if data is None:
+        return None, ()
+    profile = read_profile(np.asarray(data, np.uint8).tobytes())
+    if profile is not None:
+        return profile, ()
+    name = spec.get_string_attribute("ICCProfile:profile_description")
+    if "srgb" in name.lower():
+        return None, ()
+    return None, (f"The embedded colour profile {name!r} was not applied.",)
