@@ -2,12 +2,11 @@
 
 import os
 import struct
-import zlib
 
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-from image_samples import EVERY, refusal, scene_light, store
+from image_samples import EVERY, chunk, refusal, scene_light, store
 
 from diffwhitted.image import decode_from_display, read_image, read_mask, write_image
 
@@ -152,9 +151,6 @@ def test_text_under_the_name_of_an_image(tmp_path, capfd, name):
 
 
 def test_a_header_that_claims_too_much(tmp_path):
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
     header = chunk(b"IHDR", struct.pack(">IIBBBBB", 12_000, 12_000, 8, 2, 0, 0, 0))
     (tmp_path / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n" + header + chunk(b"IDAT", b"x") + chunk(b"IEND", b""))
     assert "12000 x 12000 pixels; allowed are 134217728" in refusal(read_image, tmp_path / "a.png")

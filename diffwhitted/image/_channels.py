@@ -44,11 +44,15 @@ def choose_channels(parts: Sequence[Part], wanted: str | None) -> Choice:
         found = _by_name(parts, pictures, wanted)
     else:
         found = [picture for picture in pictures if len(picture.colour) == 3] or pictures
-    if len(found) > 1:
-        found = [picture for picture in found if not picture.layer] or found
+    found = _outside(found)
     if len(found) != 1:
         raise Unusable(_refusal(parts, pictures, wanted, several=len(found) > 1))
     return found[0]
+
+
+def _outside(found: list[Choice]) -> list[Choice]:
+    """Of several pictures those outside of layers, if there are any."""
+    return found if len(found) == 1 else [picture for picture in found if not picture.layer] or found
 
 
 def _pictures(index: int, part: Part) -> list[Choice]:
@@ -119,5 +123,5 @@ def _name(parts: Sequence[Part], pictures: Sequence[Choice], picture: Choice) ->
     """The shortest name that means this picture alone."""
     part = parts[picture.part].name
     names = [picture.layer, part, f"{part}.{picture.layer}"]
-    alone = (name for name in names if name and _by_name(parts, pictures, name) == [picture])
+    alone = (name for name in names if name and _outside(_by_name(parts, pictures, name)) == [picture])
     return next(alone, names[-1].strip("."))

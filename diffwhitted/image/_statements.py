@@ -68,9 +68,9 @@ def decoding_of(spec: oiio.ImageSpec, kind: str, png: PngColour | None, floating
     encoding, matrix = None, None
     if cicp := _cicp(spec):
         encoding = wanted or _TRANSFER.get(cicp[1])
-        if encoding is None or cicp[0] not in _PRIMARIES:
+        if encoding is None or (wanted is None and cicp[0] not in _PRIMARIES):
             raise Unusable(f"its colours have the codes {cicp} of ITU-T H.273, which are not read; {_WAY_OUT}")
-        matrix = from_space(_PRIMARIES[cicp[0]])
+        matrix = from_space(_PRIMARIES.get(cicp[0], _PRIMARIES[1]))
     elif profile is not None:
         matrix, encoding = profile.matrix, wanted or profile.encoding
         if encoding is None:
@@ -102,15 +102,19 @@ def _named(
     elif tag in _SPACES:
         encoding, matrix = wanted or _SPACES[tag], None
     else:
-        encoding, matrix = _of_space(tag, wanted)
+        encoding, matrix = _of_space(tag, spec.get_float_attribute("oiio:Gamma"), wanted)
     chromaticities = spec.getattribute("chromaticities")
     return encoding, matrix if chromaticities is None else from_chromaticities(chromaticities), notes
 
 
-def _of_space(tag: str, wanted: str | None) -> tuple[str, np.ndarray | None]:
-    """Encoding and matrix of a space CURVE_PRIMARIES_STATE; with `wanted`, a name that is not known is no matter."""
+def _of_space(tag: str, exponent: float, wanted: str | None) -> tuple[str, np.ndarray | None]:
+    """Encoding and matrix of a space CURVE_PRIMARIES_STATE; with `wanted`, a name that is not known is no matter.
+
+    exponent: of a power, to more digits than in its name; 0 where the file does not say.
+    """
     prefix, _, primaries = tag.rpartition("_")[0].partition("_")
-    encoding = wanted or _PREFIXES.get(prefix)
+    power = gamma(round(exponent, 5)) if exponent > 0 and prefix[1:].isdigit() else None
+    encoding = wanted or power or _PREFIXES.get(prefix)
     if encoding is None or (wanted is None and primaries not in _INTEROP):
         raise Unusable(f"its colour space is {tag!r}, which is not read; {_WAY_OUT}")
     return encoding, from_space(_INTEROP[primaries]) if primaries in _INTEROP else None
