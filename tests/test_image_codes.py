@@ -182,6 +182,9 @@ def test_a_file_that_cannot_say_how_it_is_encoded_says_so(tmp_path):
     path = store(tmp_path / "a.ppm", np.uint8([[[128] * 3]]))
     assert "does not say" in read_image(path).notes[0]
     assert read_image(path, encoding="rec709").notes == ()
+    assert "does not say" in read_image(store_png(tmp_path / "a.png", np.uint16([[[128]]]))).notes[0]
+    for name, codes, chunks in (("b.png", np.uint8([[[128]]]), []), ("c.png", np.uint16([[[128]]]), [gama(45455)])):
+        assert read_image(store_png(tmp_path / name, codes, *chunks)).notes == ()
     floats = store(tmp_path / "a.pfm", scene_light())
     np.testing.assert_array_equal(read_image(floats).pixels, scene_light())
     assert read_image(floats).notes == ()

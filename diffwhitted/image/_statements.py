@@ -39,8 +39,8 @@ _INTEROP = {
     "adobergb": "Adobe RGB (1998)",
 }
 """Words for primaries in these names."""
-_SILENT_KINDS = {"pnm": "Netpbm", "dpx": "DPX", "fits": "FITS"}
-"""Kinds of files of which a reader cannot know how they encode light."""
+_SILENT_KINDS = ("pnm", "dpx", "fits")
+"""Kinds that hold one encoding as often as another, as files of 16 bits do. OpenImageIO has a guess for the first."""
 
 _WAY_OUT = "say its encoding (such as linear), or convert it first, for instance by oiiotool --colorconvert"
 
@@ -59,13 +59,15 @@ class Decoding:
     notes: tuple[str, ...] = ()
 
 
-def decoding_of(spec: oiio.ImageSpec, kind: str, png: PngColour | None, floating: bool, wanted: str | None) -> Decoding:
-    """What a file says of its colours, `wanted` (an encoding) in place of its curve.
+def decoding_of(
+    spec: oiio.ImageSpec, kind: str, png: PngColour | None, numbers: np.dtype, wanted: str | None
+) -> Decoding:
+    """What a file of such numbers says of its colours, `wanted` (an encoding) in place of its curve.
 
     Raises Unusable for what is stated and not read.
     """
     profile, notes = _profile(spec)
-    encoding, matrix = None, None
+    matrix = None
     if cicp := _cicp(spec):
         encoding = wanted or _TRANSFER.get(cicp[1])
         if encoding is None or (wanted is None and cicp[0] not in _PRIMARIES):
@@ -75,13 +77,18 @@ def decoding_of(spec: oiio.ImageSpec, kind: str, png: PngColour | None, floating
         matrix, encoding = profile.matrix, wanted or profile.encoding
         if encoding is None:
             return Decoding(None, profile.curves, matrix, notes)
-    elif png is not None:
-        encoding = wanted or ("linear" if floating else "srgb")
-        if not png.srgb:
-            encoding = wanted or ("srgb" if png.gamma is None else gamma(1 / png.gamma))
-            matrix = None if png.chromaticities is None else from_chromaticities(png.chromaticities)
+    elif png is None:
+        encoding, matrix = _named(spec, kind, wanted)
+    elif png.srgb:
+        encoding = wanted or "srgb"
     else:
-        encoding, matrix, notes = _named(spec, kind, floating, wanted, notes)
+        encoding = wanted or (None if png.gamma is None else gamma(1 / png.gamma))
+        matrix = None if png.chromaticities is None else from_chromaticities(png.chromaticities)
+    # Where the file says nothing, go by its numbers.
+    if encoding is None:
+        encoding = "linear" if np.issubdtype(numbers, np.floating) else "srgb"
+        if encoding == "srgb" and (kind in _SILENT_KINDS or numbers == np.uint16):
+            notes += ("The file does not say how its numbers stand for light; they were read as sRGB.",)
     return Decoding(encoding, (_curve(encoding),), matrix, notes)
 
 
@@ -89,22 +96,17 @@ def _curve(encoding: str) -> Callable[[np.ndarray], np.ndarray]:
     return lambda signal: decode_signal(signal, encoding)
 
 
-def _named(
-    spec: oiio.ImageSpec, kind: str, floating: bool, wanted: str | None, notes: tuple[str, ...]
-) -> tuple[str, np.ndarray | None, tuple[str, ...]]:
-    """Encoding, matrix and notes by the name of a colour space, or by what files of that kind mostly hold."""
+def _named(spec: oiio.ImageSpec, kind: str, wanted: str | None) -> tuple[str | None, np.ndarray | None]:
+    """Encoding and matrix by the name of a colour space, the chromaticities before it; None for what is not said."""
     tag = spec.get_string_attribute("oiio:ColorSpace").lower()
     if tag in ("", "unknown") or kind == "pnm":
-        encoding = wanted or ("linear" if floating else "srgb")
-        if kind in _SILENT_KINDS and wanted is None and not floating:
-            notes += (f"A {_SILENT_KINDS[kind]} file does not say how it encodes light; it was read as sRGB.",)
-        matrix = None
+        encoding, matrix = wanted, None
     elif tag in _SPACES:
         encoding, matrix = wanted or _SPACES[tag], None
     else:
         encoding, matrix = _of_space(tag, spec.get_float_attribute("oiio:Gamma"), wanted)
     chromaticities = spec.getattribute("chromaticities")
-    return encoding, matrix if chromaticities is None else from_chromaticities(chromaticities), notes
+    return encoding, matrix if chromaticities is None else from_chromaticities(chromaticities)
 
 
 def _of_space(tag: str, exponent: float, wanted: str | None) -> tuple[str, np.ndarray | None]:

@@ -122,7 +122,7 @@ def _decoded(path: Path, layer: str | None, encoding: str | None) -> Stored:
     # Find out what the file says of them.
     floating = values.dtype == np.float32
     png = png_colour(path) if kind == "png" else None
-    decoding = decoding_of(spec, kind, png, floating, encoding)
+    decoding = decoding_of(spec, kind, png, values.dtype, encoding)
     straight = kind in _STRAIGHT or bool(spec.get_int_attribute("oiio:UnassociatedAlpha"))
     return Stored(
         colour=values[..., : len(choice.colour)],
