@@ -111,6 +111,27 @@ def test_the_width_of_a_radiance_code_is_that_of_the_brightest_channel(tmp_path)
     # Mantissas of 8 bits: 1 = 128/128, 100 = 200/2.
     np.testing.assert_allclose(read.step[0], [[1 / 128] * 3, [1 / 2] * 3])
     assert read.cells is None
+    head = b"#?RADIANCE\nEXPOSURE=2\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n"
+    (tmp_path / "b.hdr").write_bytes(head + bytes([128, 64, 32, 129]))
+    exposed = read_image(tmp_path / "b.hdr")
+    np.testing.assert_allclose(exposed.pixels[0, 0], [1 / 2, 1 / 4, 1 / 8])
+    np.testing.assert_allclose(exposed.step, 1 / 256)
+
+
+def test_the_width_of_a_code_through_a_matrix_of_primaries(tmp_path):
+    """Adobe RGB (1998): red is 1.39836 r - 0.39836 g, green is g."""
+    numbers = (0.3127, 0.329, 0.64, 0.33, 0.21, 0.71, 0.15, 0.06)
+    adobe = b"cHRM", struct.pack(">8I", *(round(number * 100_000) for number in numbers))
+    read = read_image(store_png(tmp_path / "a.png", np.uint8([[[9, 90, 200]]]), gama(100_000), adobe))
+    expected = [np.hypot(1.39836, 0.39836) / 255, 1 / 255, np.hypot(0.04293, 1.04293) / 255]
+    np.testing.assert_allclose(read.step[0, 0], expected, rtol=1e-4)
+
+
+def test_alpha_of_a_bmp_is_straight(tmp_path):
+    codes = np.uint8([[[10, 100, 200, 51]]])
+    read = read_image(store(tmp_path / "a.bmp", codes, **{"oiio:UnassociatedAlpha": 1}), encoding="linear")
+    np.testing.assert_allclose(read.pixels[0, 0] * 255, [10, 100, 200], rtol=1e-6)
+    assert read.alpha[0, 0] == np.float32(0.2)
 
 
 def test_a_picture_of_few_colours_is_lossy(tmp_path):
