@@ -180,3 +180,8 @@ def test_grey_stays_grey_in_any_primaries(tmp_path):
     read = read_image(store(tmp_path / "a.exr", grey, chromaticities=acescg))
     np.testing.assert_array_equal(read.pixels, grey)
     assert read.monochrome
+    codes = np.uint8([[[40] * 3, [200] * 3]])
+    tagged = read_image(store_png(tmp_path / "a.png", codes, iccp(profile(ADOBE, [power_curve(2)] * 3))))
+    low, high = tagged.cells
+    np.testing.assert_allclose(low, ((codes - 0.5) / 255) ** 2)
+    np.testing.assert_allclose(tagged.step, high - low)

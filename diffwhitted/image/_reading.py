@@ -4,7 +4,7 @@ Every failure is an `ImageError` of one sentence, and nothing is printed.
 """
 
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -98,7 +98,10 @@ def read_image(path: str | os.PathLike, *, layer: str | None = None, encoding: s
         pixels = codes.light()
         first = pixels[..., :1]
         monochrome = pixels.shape[2] == 1 or np.array_equal(pixels, np.broadcast_to(first, pixels.shape), True)
-        if decoding.matrix is not None and not monochrome:
+        # Grey is grey in any primaries.
+        if monochrome:
+            codes = replace(codes, decoding=replace(decoding, matrix=None))
+        elif decoding.matrix is not None:
             pixels = (pixels @ decoding.matrix.T).astype(np.float32)
         pixels = three(pixels / np.float32(stored.exposure))
     kept = codes if codes.bits or codes.half or codes.mantissa else None
