@@ -12,6 +12,10 @@ class ImageError(InputError):
     """An image file, or the pixels for one, cannot be used: which one, why, and what to try."""
 
 
+class Unusable(ValueError):
+    """Why a file that can be opened is not taken, and what to do; without its name."""
+
+
 def refuse(path: Path, bad: np.ndarray, problem: str) -> None:
     """Raises ImageError when any pixel of the map is bad, saying how many and where the first is."""
     if bad.any():
