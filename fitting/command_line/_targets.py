@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +13,7 @@ from diffwhitted.image import read_image, read_mask
 from diffwhitted.records import changed
 from fitting import Target
 from fitting.problem._shot_files import shots_of
-from fitting.problem._target import as_targets
+from fitting.problem._target import as_targets, is_file
 
 from ._named_values import files_of_cameras
 from ._options import chosen_camera
@@ -88,9 +87,9 @@ def _of_shots(scene, given, masks, noise, note, keep_clipped: bool) -> list[Targ
         raise InputError("there is no picture to fit; give one with --target, or a [[shot]] in the scene")
     targets = []
     for target in shots_of(scene, note):
-        path = Path(target.shot.picture)
+        assert is_file(target.image), "a shot of a scene is read from a file"
         mask = target.mask if target.mask is not None else target.image.alpha
-        mask = mask if keep_clipped else _without_clipped(target.image, mask, path, note)
+        mask = mask if keep_clipped else _without_clipped(target.image, mask, target.image.path, note)
         targets.append(replace(target, mask=mask, noise=target.noise if noise is None else noise))
     return targets
 

@@ -18,7 +18,7 @@ from .._fit import fit
 from .._result import FitResult, FittedCoefficient
 from ..problem._bounds import Bounds
 from ..problem._free_names import free_parameters, whole_names
-from ..problem._target import Target
+from ..problem._target import Target, as_targets
 from ..problem._unknowns import Unknown, list_unknowns, start_values, values_in
 from ._fit_knobs import COMBINATIONS, FIT_KNOBS, FitKnob, FitSettings
 from ._tradeoff import COMBINATION, OnWork, seconds_text
@@ -166,7 +166,7 @@ def tradeoff_of_fits(
     first = start_values(scene, unknowns, {**_middle(unknowns), **(start or {})})
     begin = {u.name: float(value) for u, value in zip(unknowns, first, strict=True)}
     default = FitSettings.of(scene, any(u.moves for u in unknowns), knobs)
-    height, width = np.shape(target.image)[:2]
+    height, width = as_targets(scene, target)[0].mask.shape
     programs = _programs(scene, names, default, combinations, height * width)
 
     def run(settings: FitSettings) -> tuple[FitResult, float]:

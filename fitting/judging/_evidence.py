@@ -1,4 +1,5 @@
-"""What each pixel says of each coefficient, and from there standard errors that hold where residuals are no white noise.
+"""What each pixel says of each coefficient, and from there standard errors that hold where residuals are no white
+noise.
 
 At the solution the scores g_i = sum over the channels of J_i r_i (weighted) of all pixels i add up to nothing. If
 residuals were independent with the assumed variance, the covariance would be that of the linear model, A^-1 with A =
@@ -85,7 +86,9 @@ def robust_errors(found: Evidence, correlated: bool) -> dict[str, np.ndarray]:
 
 
 def _sectors(size: np.ndarray) -> np.ndarray:
-    """The number of the sector of each pixel, around the middle of where `size` is; as many pixels that count in each."""
+    """The number of the sector of each pixel, around the middle of where `size` is; as many pixels that count in
+    each.
+    """
     down, across = np.indices(size.shape)
     total = max(float(size.sum()), 1e-300)
     middle = (down * size).sum() / total, (across * size).sum() / total
@@ -97,7 +100,7 @@ def _sectors(size: np.ndarray) -> np.ndarray:
 
 def sandwich(found: Evidence, side: int) -> np.ndarray:
     """B of groups that are squares of so many pixels, (p, p); groups that say nothing do not count."""
-    total, groups = 0, 0
+    total, groups = np.zeros_like(found.gram), 0
     for score in found.scores:
         height, width, count = score.shape
         room = ((0, -height % side), (0, -width % side), (0, 0))

@@ -33,7 +33,8 @@ class Variance:
 
     def of(self, shapes: dict[str, np.ndarray]) -> np.ndarray:
         """sigma^2, where these are the shapes."""
-        return sum(size * shapes[name] for name, size in self.sizes.items()) + shapes.get("known", 0.0)
+        known = shapes.get("known", np.zeros(1))
+        return known + np.sum([size * shapes[name] for name, size in self.sizes.items()], axis=0)
 
     @property
     def is_even(self) -> bool:
