@@ -19,6 +19,8 @@ from ._named_values import files_of_cameras
 from ._options import chosen_camera
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from diffwhitted import Scene
     from diffwhitted.image import ImageFile
 

@@ -49,16 +49,15 @@ class Settled:
         if self.comparison is None:
             return ""
         points, pixel = self.comparison.points, self.comparison.pixel
-        if self.sampling == "pixel":
-            return (
-                "the target averages over its pixels, and so does the fit: points would leave "
-                f"{points / pixel:.2g} times the residual"
-            )
         if self.comparison.better is None:
             return ""
-        return (
-            f"the target is sampled at points: averages over pixels would leave {pixel / points:.2g} times the residual"
+        kind, other, more = (
+            ("averages over its pixels, and so does the fit", "points", points / max(pixel, 1e-3 * points))
+            if self.sampling == "pixel"
+            else ("is sampled at points", "averages over pixels", pixel / max(points, 1e-3 * pixel))
         )
+        times = "a thousand times or more" if more > 999 else f"{more:.2g} times"
+        return f"the target {kind}: {other} would leave {times} the residual"
 
     @property
     def remainder(self) -> float:
