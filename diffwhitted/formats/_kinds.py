@@ -5,9 +5,10 @@ from contextlib import contextmanager
 from pathlib import PurePath
 
 from ._format import SceneFormat
+from .povray import POVRAY
 from .toml import TOML
 
-FORMATS: list[SceneFormat] = [TOML]
+FORMATS: list[SceneFormat] = [TOML, POVRAY]
 
 
 @contextmanager
