@@ -28,9 +28,10 @@ def everything(**settings) -> dw.Scene:
         dw.Polygon("sail", [[-3, -0.9, -2], [0, -0.9, -2.5], [-1.5, 1.6, -2.2]], "dull"),
         dw.Polygon("arrow", [[1, 1, -2], [3, 1, -2], [3, 3, -2], [2.5, 1.6, -2]], "copper"),
     ]
-    stated = dict(
-        ambient=[1.0, 0.9, 0.8], background=dw.GradientBackground([0.3, 0.2, 0.1], [0.2, 0.4, 0.8]), max_depth=6
-    ) | settings
+    stated = (
+        dict(ambient=[1.0, 0.9, 0.8], background=dw.GradientBackground([0.3, 0.2, 0.1], [0.2, 0.4, 0.8]), max_depth=6)
+        | settings
+    )
     return dw.Scene(
         objects=objects,
         materials=materials,

@@ -50,7 +50,7 @@ def save_scene(scene: Scene, path: str | os.PathLike, *, form: SceneFormat | Non
     target = Path(os.path.realpath(path))
     files = {target.with_name(target.stem + ending): data for ending, data in made.beside.items()}
     for place, data in {**files, target: made.data}.items():
-        _write(place, data, str(path) if place == target else str(place))
+        write_file(place, data, str(path) if place == target else str(place))
     return made.lost
 
 
@@ -58,8 +58,8 @@ def _suffixes(formats: Iterable[SceneFormat]) -> str:
     return ", ".join(suffix for one in formats for suffix in one.suffixes)
 
 
-def _write(target: Path, data: bytes, said: str) -> None:
-    """One file, whole or not at all."""
+def write_file(target: Path, data: bytes, said: str) -> None:
+    """Write one file, whole or not at all; `said` is what messages call it. Raises `SceneError`."""
     if kind := not_a_file(target):
         raise SceneError(f"{said}: this is {kind}, which would be lost; give the name of a file")
     partial = target.with_name(f".{target.name}.{os.getpid()}.part")

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from ..records import shortest
-from ..scene import Camera, Material, Scene
+from ..scene import Camera, Material, PointLight, Scene
 
 COLOURED = ("k_a", "k_d", "k_h", "k_s", "k_t")
 KNOWN = (*COLOURED, "phong_exponent", "refractive_index")
@@ -73,3 +73,11 @@ def axes_of(camera: Camera) -> np.ndarray:
 def halfway_exponent(material: Material) -> float:
     """The exponent of the halfway highlight nearest to the material's own: near its top (R.V)^n is (N.H)^(4 n)."""
     return exponent(material) * (4 if material.highlight == "reflected" else 1)
+
+
+def fading(light: PointLight, distance: float) -> float:
+    """What part of its colour arrives at a distance."""
+    if light.attenuation is None:
+        return 1.0
+    total = float(plain(light.attenuation) @ (1.0, distance, distance**2))
+    return min(1.0, 1 / total) if total else 1.0

@@ -29,31 +29,34 @@ Frame = tuple[np.ndarray, np.ndarray]
 
 def texture_of(scene: Scene, name: str, lost: Losses) -> str:
     """The texture, or its layers from the lowest up, or a checkerboard of them."""
-    material, what = scene.materials[name], f"material {named(name)}"
+    material, what = scene.materials[name], ("material", name)
     lost.unknown_coefficients(material, KNOWN, what)
-    worn = {}
+    worn, checkers = {}, {}
     for coefficient, pattern in material.textures:
-        if isinstance(scene.textures[pattern], Checker):
-            worn[coefficient] = pattern
+        texture = scene.textures[pattern]
+        if isinstance(texture, Checker):
+            worn[coefficient], checkers[pattern] = pattern, texture
         else:
-            kind = scene.textures[pattern].written_type()
-            lost.say(f"texture {named(pattern)} ({kind}) of {what} is lost: {coefficient} is written without it")
+            kind = texture.written_type()
+            lost.say(f"texture {named(pattern)} ({kind}) of {coefficient} of {{}} is lost", what)
     frame = np.ones(3), np.zeros(3)
-    return _patterned(scene, material, reflectances(material), worn, frame)
+    return _patterned(checkers, material, reflectances(material), worn, frame)
 
 
-def _patterned(scene: Scene, material: Material, k: Mapping, worn: Mapping[str, str], frame: Frame) -> str:
+def _patterned(
+    checkers: Mapping[str, Checker], material: Material, k: Mapping, worn: Mapping[str, str], frame: Frame
+) -> str:
     """A checkerboard of two textures for each checkerboard that the material wears, one within another."""
     if not worn:
         return "\n".join(layers(k, exponent(material), material.highlight))
     pattern = next(iter(worn.values()))
-    checker = scene.textures[pattern]
+    checker = checkers[pattern]
     rest = {coefficient: other for coefficient, other in worn.items() if other != pattern}
     own = checker_frame(checker)
     parts = []
     for colours in plain(checker.colours):
         tinted = {key: value * colours if worn.get(key) == pattern else value for key, value in k.items()}
-        parts.append(_patterned(scene, material, tinted, rest, own))
+        parts.append(_patterned(checkers, material, tinted, rest, own))
     # What lies within a pattern is scaled and moved with it.
     scale, shift = own[0] / frame[0], (own[1] - frame[1]) / frame[0]
     both = ",\n".join(_indented(part) for part in parts)
@@ -94,7 +97,9 @@ def layers(k: Mapping[str, np.ndarray], n: float, highlight: str) -> list[str]:
     shine = _gloss(below, n, highlight) if coloured else ""
     found = [f"texture {{ {base or 'pigment { rgb 0 }'} finish {{ ambient 0 diffuse 0{shine} }} }}"]
     if coloured:
-        found.append(f"texture {{ pigment {{ rgbf <{listed([*filters, 1], ',')}> }} finish {{ ambient 0 diffuse 0 }} }}")
+        found.append(
+            f"texture {{ pigment {{ rgbf <{listed([*filters, 1], ',')}> }} finish {{ ambient 0 diffuse 0 }} }}"
+        )
     for number, (pigment, finish) in enumerate(coats):
         top = number == len(coats) - 1
         power = 2.0 ** (len(coats) - 1 - number)
@@ -127,5 +132,3 @@ def _gloss(amount_: float, n: float, highlight: str) -> str:
     if highlight == "reflected":
         return f" phong {text(amount_)} phong_size {text(n)}"
     return f" specular {text(amount_)} roughness {text(min(1 / n, FLATTEST) if n else FLATTEST)}"
-
-

@@ -4,9 +4,10 @@ from ...scene import Scene
 from .._format import Written
 from .._losses import Losses, named
 from .._numbers import index, main_camera, reflectances, rgb, text
+from .._words import words_of
 from ._materials import texture_of
 from ._things import BACKGROUNDS, LIGHTS, SHAPES, camera
-from ._words import colour, identifiers
+from ._words import colour
 
 SAID = ("max_depth", "cutoff", "ambient", "shadows", "total_internal_reflection")
 UNSEEN = "pigment { rgb 0 } finish { ambient 0 diffuse 0 } no_image no_reflection }"
@@ -19,14 +20,14 @@ def povray_scene(scene: Scene, source: str) -> Written:
     lost = Losses("POV-Ray")
     lost.unknown_settings(scene, SAID)
     body = [*_settings(scene), *_cameras(scene, lost), *_background(scene, lost), *_lights(scene, lost)]
-    words = identifiers("T", scene.materials)
+    words = words_of(scene.materials, "T_")
     worn = {thing.material for thing in scene.objects}
     for name in scene.materials:
         if name in worn:
             body += ["", f"#declare {words[name]} = // {named(name)}", texture_of(scene, name, lost)]
     body += ["", *_objects(scene, words, lost)]
     head = ["// Written by diffwhitted: linear colours, metres; z is turned round, as POV-Ray's axes are left-handed."]
-    head += [f"// Not in this file: {sentence}" for sentence in lost]
+    head += [f"// Not in this file: {sentence}" for sentence in lost.here()]
     return Written("\n".join([*head, *body, ""]).encode(), tuple(lost))
 
 
@@ -48,7 +49,7 @@ def _cameras(scene: Scene, lost: Losses) -> list[str]:
         return []
     names = [first, *(name for name in scene.cameras if name != first)]
     for name in names:
-        lost.unknown(scene.cameras[name], CAMERA, f"camera {named(name)}")
+        lost.unknown(scene.cameras[name], CAMERA, ("camera", name))
     view = scene.cameras[first]
     found = [f"// povray +I FILE +W{view.width} +H{view.height} -A +FE"]
     if len(names) == 1:
@@ -79,9 +80,9 @@ def _lights(scene: Scene, lost: Losses) -> list[str]:
     found = []
     for light in scene.lights:
         if type(light) not in LIGHTS:
-            lost.say(f"light {named(light.name or '')} ({light.written_type()}) is left out")
+            lost.say(f"left out: {{}} ({light.written_type()})", ("light", light.name or ""))
             continue
-        lost.unknown(light, [row.name for row in light.ROWS], f"light {named(light.name or '')}")
+        lost.unknown(light, [row.name for row in light.ROWS], ("light", light.name or ""))
         found.append(f"{LIGHTS[type(light)](light, scene, lost)} // {named(light.name or '')}")
     return found
 
@@ -89,9 +90,9 @@ def _lights(scene: Scene, lost: Losses) -> list[str]:
 def _objects(scene: Scene, words: dict[str, str], lost: Losses) -> list[str]:
     found = []
     for thing in scene.objects:
-        what = f"object {named(thing.name)}"
+        what = ("object", thing.name)
         if type(thing) not in SHAPES:
-            lost.say(f"{what} ({thing.written_type()}) is left out")
+            lost.say(f"left out: {{}} ({thing.written_type()})", what)
             continue
         lost.unknown(thing, [row.name for row in thing.ROWS], what)
         material = scene.materials[thing.material]

@@ -15,7 +15,7 @@ from ...scene import (
     Scene,
     Sphere,
 )
-from .._losses import Losses, named
+from .._losses import Losses
 from .._numbers import extent, listed, plain, rgb, text
 from ._words import colour, place
 
@@ -54,18 +54,16 @@ def point_light(light: PointLight, scene: Scene, lost: Losses) -> str:
     a0, a1, a2 = plain(light.attenuation)
     near = NEAR * extent(scene)[1]
     power, factor = (2, a2) if a2 else (1, a1)
-    what = f"the attenuation of light {named(light.name or '')}"
+    what = ("light", light.name or "")
     if a1 and a2:
-        lost.say(f"{what} is written without a1 = {text(a1)}, as POV-Ray fades by one power of the distance")
+        lost.say(f"attenuation of {{}}: a1 = {text(a1)} is lost, as POV-Ray fades by one power of the distance", what)
     if a0 < 1:
-        lost.say(f"{what} goes on above 1 where the light is near, which is limited to 1 here")
+        lost.say("attenuation of {}: POV-Ray goes on above 1 where the light is near, where it ends at 1 here", what)
     if not factor:
         return f"light_source {{ {where} {colour(shade * min(1.0, 1 / a0))} }}"
     start = a0 or factor * near**power
     distance = (start / factor) ** (1 / power)
-    return (
-        f"light_source {{ {where} {colour(shade / (2 * start))} fade_power {power} fade_distance {text(distance)} }}"
-    )
+    return f"light_source {{ {where} {colour(shade / (2 * start))} fade_power {power} fade_distance {text(distance)} }}"
 
 
 def directional_light(light: DirectionalLight, scene: Scene, lost: Losses) -> str:
