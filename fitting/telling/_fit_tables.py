@@ -10,7 +10,7 @@ from typing import Any
 from diffwhitted import InputError
 from diffwhitted.formats import latex_table, markdown_table, plain_words
 
-from ._tables import rounded, rounded_error
+from ._tables import STATUS_WORDS, rounded, rounded_error
 
 TABLES: dict[str, Callable[..., str]] = {"LaTeX": latex_table, "Markdown": markdown_table}
 """By the names of the formats of scenes."""
@@ -52,10 +52,11 @@ def fit_table(content: Mapping[str, Any], form: str) -> tuple[str, tuple[str, ..
 
 def _about(content: Mapping[str, Any]) -> list[str]:
     """How the fit ended, in a line or two."""
-    said = [f"status: {content['status']}"] if "status" in content else []
-    size = {"rmse": content.get("rmse"), "noise": content.get("noise")}
+    status = str(content.get("status", ""))
+    said = [f"{STATUS_WORDS.get(status, status)}."] if status else []
+    size = {"RMSE": content.get("rmse"), "noise": content.get("noise")}
     numbers = [f"{key} {value:.3g} linear RGB" for key, value in size.items() if isinstance(value, float)]
-    return said + ([", ".join(numbers)] if numbers else [])
+    return said + ([f"{', '.join(numbers)}."] if numbers else [])
 
 
 def _value(c: Mapping[str, Any], sure: bool) -> str:
