@@ -215,6 +215,7 @@ def test_gltf_materials_by_hand(gltf, truth):
     assert mirror["extensions"] == {"KHR_materials_specular": {"specularColorFactor": pytest.approx([17.5] * 3)}}
     more = glass["extensions"]
     assert more["KHR_materials_ior"] == {"ior": 1.5} and more["KHR_materials_volume"]["thicknessFactor"] > 0
+    assert mirror["doubleSided"] and not glass["doubleSided"]
     # C = 0.12 + 0.7, of which 0.7 / 0.82 goes through.
     assert glass["pbrMetallicRoughness"]["baseColorFactor"][0] == pytest.approx(0.82)
     assert more["KHR_materials_transmission"]["transmissionFactor"] == pytest.approx(0.7 / 0.82)
@@ -340,6 +341,28 @@ def test_tables_of_materials(written):
         "| glass | 0 | 0 | 0 | 0 | 0.5 | 50 | 1.5 |"
     )
     assert lines[2].startswith(r"| 50 % grey_$\| | 0 | 0.1235, 0.5, 1 × 10^-7 |")
+
+
+@pytest.mark.parametrize("suffix", OUT)
+def test_odd_names_do_no_harm(suffix, written):
+    """Breaks of lines, quotes, ends of comments, half a pair of UTF-16, and two names that differ in these alone."""
+    names = ["a\nb", "a--b -->", "}*/ //", 'q"\\', "\udc80", "{}", "$x$ & |"]
+    scene = dw.Scene(
+        objects=[dw.Polygon(name, [[0, 0, 0], [1, 0, 0], [0, 1, 0]], name) for name in names],
+        materials={name: dw.Material(k_a=0.1, k_d=0.1, k_s=0.2, highlight="reflected") for name in names},
+        lights=[dw.PointLight([0, 0, 1], 1, name=name) for name in names],
+    )
+    text, _ = written(scene, suffix)
+    if suffix in ("json", "gltf"):
+        assert len(json.loads(text)["materials"]) == len(names)
+    if suffix == "xml":
+        assert len(ElementTree.fromstring(text).findall("shape")) == len(names)
+    if suffix == "mtl":
+        assert len({line for line in text.splitlines() if line.startswith("newmtl ")}) == len(names)
+    if suffix == "pov":
+        assert text.count("triangle {") == len(names) == sum(line.startswith("triangle") for line in text.splitlines())
+    if suffix == "md":
+        assert sum(line.startswith("| ") for line in text.splitlines()) == len(names) + 2
 
 
 def test_files_beside_are_written_for_a_format_of_others(tmp_path):

@@ -47,7 +47,10 @@ def json_numbers(scene: Scene, source: str) -> Written:
         "cameras": {name: {"width": c.width, "height": c.height} for name, c in scene.cameras.items()},
         "not_in_this_file": lost.here(),
     }
-    return Written((json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode(), tuple(lost))
+    return Written(
+        (json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode("utf-8", "backslashreplace"),
+        tuple(lost),
+    )
 
 
 def _number(scene: Scene, parameter) -> dict[str, Any]:

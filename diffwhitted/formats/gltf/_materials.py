@@ -65,6 +65,6 @@ def material_of(name: str, material: Material, solid: bool, lost: Losses) -> tup
             "metallicFactor": 1.0 if metal else 0.0,
             "roughnessFactor": roughness,
         },
-        "doubleSided": True,
+        "doubleSided": "KHR_materials_volume" not in extensions,
     }
     return made | ({"extensions": extensions} if extensions else {}), base

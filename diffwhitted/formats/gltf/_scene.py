@@ -48,7 +48,10 @@ def gltf_scene(scene: Scene, source: str) -> Written:
         "scenes": [{"nodes": list(range(len(nodes)))} if nodes else {}],
         **{key: value for key, value in lists.items() if value},
     }
-    return Written((json.dumps(content, ensure_ascii=False, allow_nan=False) + "\n").encode(), tuple(lost))
+    return Written(
+        (json.dumps(content, ensure_ascii=False, allow_nan=False) + "\n").encode("utf-8", "backslashreplace"),
+        tuple(lost),
+    )
 
 
 def _points(scene: Scene, thing) -> np.ndarray:
