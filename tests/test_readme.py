@@ -69,6 +69,7 @@ def test_a_command_runs(words, small, capsys):
 
 def test_readme_shows_every_command():
     assert {words[0] for words in commands().values()} == {
+        "convert",
         "derivative",
         "explain",
         "fit",

@@ -5,9 +5,15 @@ from contextlib import contextmanager
 from pathlib import PurePath
 
 from ._format import SceneFormat
+from ._json import JSON
+from ._mtl import MTL
+from ._tables import LATEX, MARKDOWN
+from .gltf import GLTF
+from .mitsuba import MITSUBA
+from .povray import POVRAY
 from .toml import TOML
 
-FORMATS: list[SceneFormat] = [TOML]
+FORMATS: list[SceneFormat] = [TOML, POVRAY, MITSUBA, GLTF, MTL, JSON, LATEX, MARKDOWN]
 
 
 @contextmanager

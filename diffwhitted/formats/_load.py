@@ -1,12 +1,14 @@
 """Scene files by their suffix: loading, and saving whole or not at all."""
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 
 from .._errors import SceneError
 from .._files import not_a_file
 from ..records import nearest_name
 from ..scene import Precision, Scene
+from ._format import SceneFormat, Written
 from ._kinds import FORMATS, format_of
 
 LARGEST_FILE = 64 * 2**20
@@ -18,25 +20,48 @@ def load_scene(path: str | os.PathLike, *, precision: Precision = "float32") -> 
 
     Arguments: `path` of the file; `precision` of every array of the scene.
     Raises `SceneError`, one message that names the file, the place in it, the value, what is allowed
-    and what to try: for a file that cannot be read, for broken TOML, and for an invalid scene.
-    """
-    return format_of(Path(path)).parse(_read(Path(path)), str(path), precision)
-
-
-def save_scene(scene: Scene, path: str | os.PathLike) -> None:
-    """Write a scene to a file, whole or not at all; a scene loaded from it has the same bits.
-
-    The suffix says the format, as in `load_scene`. Raises `SceneError` where the file cannot be written, the scene is
-    not valid, or the format is one that is only read.
+    and what to try: for a file that cannot be read, for broken TOML, for an invalid scene, and for a format that is
+    only written.
     """
     chosen = format_of(Path(path))
+    if chosen.parse is None:
+        read = _suffixes(one for one in FORMATS if one.parse)
+        raise SceneError(f"{str(path)}: scenes for {chosen.name} are written, not read; give a scene in {read}")
+    return chosen.parse(_read(Path(path)), str(path), precision)
+
+
+def save_scene(scene: Scene, path: str | os.PathLike, *, form: SceneFormat | None = None) -> tuple[str, ...]:
+    """Write a scene to a file, whole or not at all, and say what the file does not hold.
+
+    The suffix says the format, unless `form`, one of `diffwhitted.formats.FORMATS`, does. A scene loaded from TOML has
+    the same bits. Other programs' formats (.pov, .xml of Mitsuba 3, .gltf, .mtl), tables (.json, .tex, .md) hold less:
+    returns a sentence for all that is lost or said by the nearest that the format has, none where nothing is. The
+    file says so too.
+
+    Raises `SceneError` where the file cannot be written, the scene is not valid, or the format is one that is only
+    read.
+    """
+    chosen = format_of(Path(path)) if form is None else form
     if chosen.write is None:
-        written = ", ".join(suffix for one in FORMATS if one.write for suffix in one.suffixes)
+        written = _suffixes(one for one in FORMATS if one.write)
         raise SceneError(f"{str(path)}: scenes in {chosen.name} are read, not written; write it as {written}")
-    data = chosen.write(scene, str(path))
+    made = chosen.write(scene, str(path))
+    made = made if isinstance(made, Written) else Written(made)
     target = Path(os.path.realpath(path))
+    files = {target.with_name(target.stem + ending): data for ending, data in made.beside.items()}
+    for place, data in {**files, target: made.data}.items():
+        write_file(place, data, str(path) if place == target else str(place))
+    return made.lost
+
+
+def _suffixes(formats: Iterable[SceneFormat]) -> str:
+    return ", ".join(suffix for one in formats for suffix in one.suffixes)
+
+
+def write_file(target: Path, data: bytes, said: str) -> None:
+    """Write one file, whole or not at all; `said` is what messages call it. Raises `SceneError`."""
     if kind := not_a_file(target):
-        raise SceneError(f"{str(path)}: this is {kind}, which would be lost; give the name of a file")
+        raise SceneError(f"{said}: this is {kind}, which would be lost; give the name of a file")
     partial = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
         try:
@@ -46,7 +71,7 @@ def save_scene(scene: Scene, path: str | os.PathLike) -> None:
             partial.unlink(missing_ok=True)
     except OSError as error:
         advice = "; make the folder first" if not target.parent.is_dir() else ""
-        raise SceneError(f"{str(path)}: cannot be written: {error.strerror}{advice}") from None
+        raise SceneError(f"{said}: cannot be written: {error.strerror}{advice}") from None
 
 
 def _read(path: Path) -> bytes:

@@ -1,4 +1,5 @@
-"""The command line: `diffwhitted render`, `fit`, `derivative`, `explain`, `tradeoff`, `parameters` and `schema`.
+"""The command line: `diffwhitted render`, `fit`, `derivative`, `explain`, `tradeoff`, `parameters`, `convert` and
+`schema`.
 
 A command's file imports what it needs when it runs, so that `--help` does not wait for JAX. Every failure is
 one message on stderr and an exit code; there is never a traceback.
@@ -12,6 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
+from ._convert import convert
 from ._derivative import derivative
 from ._explain import explain
 from ._failures import failed
@@ -41,6 +43,7 @@ app.command(cls=SeveralValues, short_help="Show how a picture changes with a num
 app.command(cls=SeveralValues, short_help="Say what a picture costs, and why.")(explain)
 app.command(cls=SeveralValues, short_help="Measure what accuracy costs in time.")(tradeoff)
 app.command(short_help="List the numbers of a scene by name.")(parameters)
+app.command(short_help="Write a scene or a fit as other programs read it.")(convert)
 app.command(short_help="Print the JSON Schema of scene files.")(schema)
 
 

@@ -35,7 +35,7 @@ def write_outputs(
     folder: str | os.PathLike,
     *,
     title: str,
-    save_scene: Callable[[Any, Path], None],
+    save_scene: Callable[[Any, Path], Any],
     truth: Mapping[str, float] | None = None,
     metadata: Mapping[str, Any] | None = None,
 ) -> list[Path]:

@@ -1,0 +1,156 @@
+"""A whole scene as XML of Mitsuba 3, with the triangles of flat shapes in files beside it."""
+
+import os
+from pathlib import Path
+from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
+
+import numpy as np
+
+from ..._errors import printable
+from ...scene import (
+    Camera,
+    Checker,
+    ConstantBackground,
+    DirectionalLight,
+    GradientBackground,
+    Plane,
+    PointLight,
+    Scene,
+    Sphere,
+)
+from .._format import Written
+from .._losses import Losses, named
+from .._meshes import MESHES, checker_coordinates, polygon_file
+from .._numbers import extent, fading, listed, main_camera, plain, rgb
+from .._words import words_of
+from ._materials import add_material
+from ._words import colour, number, placed, point, whole, word
+
+SAMPLES = 64
+"""Paths a pixel."""
+CAMERA = ("look_from", "look_at", "up", "vfov_deg", "width", "height")
+SAID = ("ambient", "max_depth", "cutoff", "shadows", "total_internal_reflection")
+
+
+def mitsuba_scene(scene: Scene, source: str) -> Written:
+    """The scene with the nearest that a path tracer has of each thing."""
+    lost = Losses("Mitsuba")
+    lost.unknown_settings(scene, SAID)
+    lost.say("ambient light is lost; surfaces light each other and the background lights them, as it does not here")
+    root = Element("scene", version="3.0.0")
+    integrator = SubElement(root, "integrator", type="path")
+    whole(integrator, "max_depth", scene.max_depth + 1)
+    first = main_camera(scene)
+    for name in sorted(scene.cameras, key=lambda name: name != first):
+        _add_camera(root, name, scene.cameras[name], lost)
+    _add_background(root, scene, lost)
+    for light in scene.lights:
+        _add_light(root, scene, light, lost)
+    stem = Path(os.path.realpath(source)).stem
+    beside = _add_things(root, scene, stem, lost)
+    # Say first what the file does not hold.
+    for place, sentence in enumerate(lost.here()):
+        root.insert(place, Comment(f" Not in this file: {sentence.replace('--', '- -')} "))
+    indent(root)
+    return Written(tostring(root, encoding="utf-8", xml_declaration=True) + b"\n", tuple(lost), beside)
+
+
+def _add_camera(root: Element, name: str, view: Camera, lost: Losses) -> None:
+    lost.unknown(view, CAMERA, ("camera", name))
+    sensor = SubElement(root, "sensor", type="perspective")
+    number(sensor, "fov", float(plain(view.vfov_deg)))
+    word(sensor, "fov_axis", "y")
+    places = {"origin": view.look_from, "target": view.look_at, "up": view.up}
+    transform = SubElement(sensor, "transform", name="to_world")
+    SubElement(transform, "lookat", {key: listed(plain(place), ", ") for key, place in places.items()})
+    film = SubElement(sensor, "film", type="hdrfilm")
+    whole(film, "width", view.width)
+    whole(film, "height", view.height)
+    word(film, "pixel_format", "rgb")
+    SubElement(film, "rfilter", type="box")
+    whole(SubElement(sensor, "sampler", type="independent"), "sample_count", SAMPLES)
+
+
+def _add_background(root: Element, scene: Scene, lost: Losses) -> None:
+    match scene.background:
+        case ConstantBackground(colour=shade):
+            radiance = rgb(shade)
+        case GradientBackground(bottom=bottom, top=top):
+            radiance = (rgb(bottom) + rgb(top)) / 2
+            lost.say("the gradient of the background is its mean colour")
+        case other:
+            lost.say(f"the background ({other.written_type()}) is left out: it is black in the file")
+            return
+    if radiance.any():
+        colour(SubElement(root, "emitter", type="constant"), "radiance", radiance)
+
+
+def _add_light(root: Element, scene: Scene, light, lost: Losses) -> None:
+    """A light of colour c is pi c where it arrives, as diffuse surfaces send back a pi-th of what they get."""
+    what = ("light", light.name or "")
+    if not isinstance(light, (PointLight, DirectionalLight)):
+        lost.say(f"left out: {{}} ({light.written_type()})", what)
+        return
+    lost.unknown(light, [row.name for row in light.ROWS], what)
+    arriving = np.pi * rgb(light.colour)
+    if isinstance(light, PointLight):
+        distance = float(np.linalg.norm(plain(light.position) - extent(scene)[0]))
+        lost.say("as bright as here in the middle of the scene, and fading by the square of the distance: {}", what)
+        emitter = SubElement(root, "emitter", type="point")
+        point(emitter, "position", plain(light.position))
+        colour(emitter, "intensity", arriving * fading(light, distance) * distance**2)
+    else:
+        emitter = SubElement(root, "emitter", type="directional")
+        point(emitter, "direction", -plain(light.direction), "vector")
+        colour(emitter, "irradiance", arriving)
+
+
+def _add_things(root: Element, scene: Scene, stem: str, lost: Losses) -> dict[str, bytes]:
+    """Materials and objects; returns the files of triangles."""
+    size, beside, boards = extent(scene), {}, {}
+    materials = words_of(scene.materials, "material_")
+    files = words_of([thing.name for thing in scene.objects], f"{stem}_", longest=len(stem) + 40)
+    for name in scene.materials:
+        mine = [thing for thing in scene.objects if thing.material == name and type(thing) in MESHES]
+        checker = _checker_of(scene, name, mine)
+        solid = all(type(thing).FAMILY.SOLID for thing in mine)
+        add_material(root, scene, name, materials[name], checker is not None, solid, lost)
+        boards[name] = checker
+    for thing in scene.objects:
+        what = ("object", thing.name)
+        if type(thing) not in MESHES:
+            lost.say(f"left out: {{}} ({thing.written_type()})", what)
+            continue
+        lost.unknown(thing, [row.name for row in thing.ROWS], what)
+        root.append(Comment(f" {printable(named(thing.name)).replace('--', '- -')} "))
+        points, normals, triangles = MESHES[type(thing)](thing, *size)
+        board = boards[thing.material]
+        if isinstance(thing, Sphere):
+            shape = SubElement(root, "shape", type="sphere")
+            point(shape, "center", plain(thing.centre))
+            number(shape, "radius", float(plain(thing.radius)))
+        elif isinstance(thing, Plane) and board is None:
+            shape = SubElement(root, "shape", type="rectangle")
+            middle = points.mean(axis=0)
+            placed(shape, np.stack([(points[1] - points[0]) / 2, (points[3] - points[0]) / 2, normals[0], middle]))
+        else:
+            coordinates = None if board is None else checker_coordinates(board, points)
+            shape = SubElement(root, "shape", type="ply")
+            ending = files[thing.name].removeprefix(stem) + ".ply"
+            word(shape, "filename", f"{stem}{ending}")
+            beside[ending] = polygon_file(points, normals, triangles, coordinates)
+        if isinstance(thing, Plane):
+            lost.say("written as a square: {}", what)
+        SubElement(shape, "ref", id=materials[thing.material], name="bsdf")
+    if beside:
+        lost.say(f"triangles are in files beside it: {', '.join(f'{stem}{ending}' for ending in beside)}")
+    return beside
+
+
+def _checker_of(scene: Scene, name: str, things: list) -> Checker | None:
+    """The checkerboard of k_d, where all that wears it is flat and can be given coordinates for it."""
+    checker = scene.textures.get(dict(scene.materials[name].textures).get("k_d", ""))
+    if not isinstance(checker, Checker) or any(isinstance(thing, Sphere) for thing in things):
+        return None
+    points = (MESHES[type(thing)](thing, *extent(scene))[0] for thing in things)
+    return checker if all(checker_coordinates(checker, some) is not None for some in points) else None

@@ -1,0 +1,97 @@
+"""Objects, lights, cameras and backgrounds in POV-Ray's words, a function a kind."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ...scene import (
+    Camera,
+    ConstantBackground,
+    DirectionalLight,
+    GradientBackground,
+    Plane,
+    PointLight,
+    Polygon,
+    Scene,
+    Sphere,
+)
+from .._losses import Losses
+from .._numbers import extent, listed, plain, rgb, text
+from ._words import colour, place
+
+FAR = 1e5
+"""How many times the size of the scene a light at infinity is away."""
+NEAR = 1e-3
+"""Part of the size of the scene at which a light that fades from its very place is at twice its colour."""
+
+
+def sphere(thing: Sphere) -> str:
+    return f"sphere {{ {place(plain(thing.centre))}, {text(float(plain(thing.radius)))}"
+
+
+def plane(thing: Plane) -> str:
+    normal = plain(thing.normal)
+    size = float(np.linalg.norm(normal))
+    return f"plane {{ {place(normal / size)}, {text(float(plain(thing.offset)) / size)}"
+
+
+def polygon(thing: Polygon) -> str:
+    corners = [place(vertex) for vertex in plain(thing.vertices)]
+    if len(corners) == 3:
+        return f"triangle {{ {', '.join(corners)}"
+    return f"polygon {{ {len(corners) + 1}, {', '.join([*corners, corners[0]])}"
+
+
+SHAPES: dict[type, Callable[..., str]] = {Sphere: sphere, Plane: plane, Polygon: polygon}
+"""A kind of shape is a function here: the beginning of its statement, up to the texture."""
+
+
+def point_light(light: PointLight, scene: Scene, lost: Losses) -> str:
+    where, shade = place(plain(light.position)), rgb(light.colour)
+    if light.attenuation is None:
+        return f"light_source {{ {where} {colour(shade)} }}"
+    # 2 / (1 + (d / fade_distance)^fade_power) is all that POV-Ray has.
+    a0, a1, a2 = plain(light.attenuation)
+    near = NEAR * extent(scene)[1]
+    power, factor = (2, a2) if a2 else (1, a1)
+    what = ("light", light.name or "")
+    if a1 and a2:
+        lost.say(f"attenuation of {{}}: a1 = {text(a1)} is lost, as POV-Ray fades by one power of the distance", what)
+    if a0 < 1:
+        lost.say("attenuation of {}: POV-Ray goes on above 1 where the light is near, where it ends at 1 here", what)
+    if not factor:
+        return f"light_source {{ {where} {colour(shade * min(1.0, 1 / a0))} }}"
+    start = a0 or factor * near**power
+    distance = (start / factor) ** (1 / power)
+    return f"light_source {{ {where} {colour(shade / (2 * start))} fade_power {power} fade_distance {text(distance)} }}"
+
+
+def directional_light(light: DirectionalLight, scene: Scene, lost: Losses) -> str:
+    middle, reach = extent(scene)
+    towards = plain(light.direction)
+    source = middle + towards / np.linalg.norm(towards) * reach * FAR
+    return f"light_source {{ {place(source)} {colour(rgb(light.colour))} parallel point_at {place(middle)} }}"
+
+
+LIGHTS: dict[type, Callable[..., str]] = {PointLight: point_light, DirectionalLight: directional_light}
+
+
+def constant(background: ConstantBackground) -> str:
+    return f"background {{ {colour(rgb(background.colour))} }}"
+
+
+def gradient(background: GradientBackground) -> str:
+    ends = f"[0 {colour(rgb(background.bottom))}] [1 {colour(rgb(background.top))}]"
+    return f"sky_sphere {{ pigment {{ gradient y color_map {{ {ends} }} scale 2 translate -1 }} }}"
+
+
+BACKGROUNDS: dict[type, Callable[..., str]] = {ConstantBackground: constant, GradientBackground: gradient}
+
+
+def camera(view: Camera) -> str:
+    ahead = 0.5 / np.tan(np.radians(float(plain(view.vfov_deg))) / 2)
+    return (
+        f"camera {{ perspective location {place(plain(view.look_from))} direction <0,0,{text(ahead)}> up <0,1,0> "
+        f"right <{listed([view.width / view.height], ',')},0,0> sky {place(plain(view.up))} "
+        f"look_at {place(plain(view.look_at))} }}"
+    )
