@@ -10,8 +10,9 @@ from diffwhitted.image import gathered
 from diffwhitted.scene import Scene
 
 from ._result import FitResult, FittedCoefficient, FitView, Status
-from .judging._evidence import evidence, robust_errors
-from .judging._identifiability import QUANTILE, Uncertainty, uncertainty
+from .judging._constrained import uncertainty_within
+from .judging._evidence import evidence, narrowed, robust_errors
+from .judging._identifiability import QUANTILE, Uncertainty
 from .judging._misfit import at_rounding_level, is_structured
 from .judging._rest import jacobian_precision, on_bound, residual_count, residual_noise, rest_share, unsettled
 from .problem._target import CheckedTarget
@@ -49,13 +50,19 @@ def outcome(
     views = tuple(_view(t, film, scene) for t, film in zip(targets, best.films, strict=True))
     rounding = at_rounding_level(views, eps, rest_share(scene))
     structured = not rounding and is_structured(views, noises, len(unknowns))
-    widened = np.zeros(len(unknowns))
+    found = None
     if not rounding and (structured or weighing.estimated):
-        errors = robust_errors(evidence(end.problem, targets, best.values), structured)
-        widened = weighing.slack * np.max(list(errors.values()), axis=0)
-    known = uncertainty(
-        best.factor, noise, best.values, unknowns, jacobian_precision(scene), RESOLVED * eps, best.shift, widened
-    )
+        found = evidence(end.problem, targets, best.values)
+
+    def widen(ways: np.ndarray) -> np.ndarray:
+        if found is None:
+            return np.zeros(ways.shape[1])
+        return weighing.slack * np.max(list(robust_errors(narrowed(found, ways), structured).values()), axis=0)
+
+    known, held = uncertainty_within(
+        best.factor, best.remainder, noise, best.values, unknowns, jacobian_precision(scene), RESOLVED * eps,
+        best.shift, widen,
+    )  # fmt: skip
     moving = unsettled(
         best.values, best.factor, best.remainder, known, unknowns, jacobian_precision(scene), SETTLED, 0.05
     )

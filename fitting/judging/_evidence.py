@@ -10,7 +10,7 @@ one group may be correlated in any way and groups are independent (Huber 1967; W
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -66,6 +66,12 @@ def evidence(problem: Problem, targets: Sequence[CheckedTarget], values: np.ndar
         grams.append(gram)
         first += SECTORS
     return Evidence(tuple(scores), tuple(pieces), np.concatenate(grams))
+
+
+def narrowed(found: Evidence, ways: np.ndarray) -> Evidence:
+    """What it says of the ways (p, m) along which coefficients move together."""
+    scores = tuple(score @ ways for score in found.scores)
+    return replace(found, scores=scores, grams=ways.T @ found.grams @ ways)
 
 
 def robust_errors(found: Evidence, correlated: bool) -> dict[str, np.ndarray]:

@@ -59,18 +59,18 @@ def uncertainty(
     one counts.
     """
     count = len(unknowns)
-    low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
+    low, high = np.asarray([u.bounds for u in unknowns], np.float64).reshape(-1, 2).T
     size = np.linalg.norm(factor, axis=0)
     seen = size * (high - low) > 1e-12 * max(1.0, (size * (high - low)).max(initial=0))
     scale = np.where(seen, size, 1)
-    _, lengths, directions = np.linalg.svd(np.where(seen, factor / scale, 0))
+    _, lengths, directions = np.linalg.svd(np.where(seen, factor / scale, 0), full_matrices=False)
     determined = lengths > precision * lengths.max(initial=1e-300)
     taking_part = _taking_part(directions, scale, values, seen, unknowns)[~determined]
     confounded = tuple(_partners(j, taking_part) for j in range(count))
     inverse = np.divide(1, lengths, out=np.zeros_like(lengths), where=determined)
     covariance = (directions.T * inverse**2) @ directions / np.outer(scale, scale) * noise**2
     spread = np.maximum(np.sqrt(np.maximum(np.diagonal(covariance), 0)), widened)
-    alone = np.array([not c for c in confounded])
+    alone = np.array([not c for c in confounded], bool)
     identifiable = seen & alone & ~(_scaled_error(spread, values, unknowns) >= WIDEST * _scaled_width(unknowns))
     error = np.where(identifiable, np.hypot(np.maximum(spread, resolution * abs(values)), shift / QUANTILE), np.nan)
     sizes = np.where(identifiable & (spread > 0), spread, np.inf)

@@ -7,6 +7,7 @@ from diffwhitted.scene import Scene
 
 from ..problem._target import CheckedTarget, residual_count
 from ..problem._unknowns import Unknown
+from ._active import active_step, gauss_newton
 from ._identifiability import Uncertainty, uncertainty
 
 AT_REST = 8.0
@@ -37,36 +38,12 @@ def unsettled(
     is computed without it.
     """
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
-    near = np.fmax(ON_THE_BOUND * (high - low), HELD * known.standard_error)
-    step = next_step(values, factor, remainder, known.seen, near, unknowns, precision)
+    near = near_bounds(unknowns, known.standard_error)
+    step, _ = active_step(values, factor, remainder, known.seen, near, unknowns, precision)
     # What has a lowest value is small against 1; what has none, such as a place, against its interval.
     least = np.where([u.row.lowest > -np.inf for u in unknowns], np.minimum(high - low, 1), high - low)
     allowed = share * np.maximum(abs(values), 0.01 * least)
     return abs(step) > np.fmax(allowed, errors * known.spread)
-
-
-def next_step(
-    values: np.ndarray,
-    factor: np.ndarray,
-    remainder: np.ndarray,
-    free: np.ndarray,
-    near: np.ndarray,
-    unknowns: tuple[Unknown, ...],
-    precision: float,
-) -> np.ndarray:
-    """The step -R^-1 q along the `free` coefficients, 0 for those that it would push through a bound no further than
-    `near`.
-    """
-    low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
-    for _ in range(len(unknowns) + 1):
-        step = _step(factor, remainder, free, precision)
-        held = free & (
-            ((values + step < low) & (values - low < near)) | ((values + step > high) & (high - values < near))
-        )
-        if not held.any():
-            break
-        free = free & ~held
-    return step
 
 
 def nearly(
@@ -74,15 +51,24 @@ def nearly(
 ) -> bool:
     """Is the next step small enough to go on with a sharper picture?"""
     sizes = np.asarray([u.size(value) for u, value in zip(unknowns, values, strict=True)])
-    step = _step(factor, remainder, np.linalg.norm(factor, axis=0) > 0, precision)
+    step = gauss_newton(factor, remainder, precision)
     return bool(np.all(abs(step) <= NEARLY * np.maximum(sizes, NEARLY)))
+
+
+def near_bounds(unknowns: tuple[Unknown, ...], error: np.ndarray | float = np.nan) -> np.ndarray:
+    """How far from its lower and upper bound a coefficient counts as near it, (2, p): a share of the interval, or of
+    its standard error.
+    """
+    low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
+    below = ON_THE_BOUND * np.where(low > 0, np.minimum(low, high - low), high - low)
+    return np.fmax(np.stack([below, ON_THE_BOUND * (high - low)]), HELD * np.asarray(error))
 
 
 def on_bound(values: np.ndarray, unknowns: tuple[Unknown, ...]) -> np.ndarray:
     """Which coefficients lie on one of their bounds."""
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
-    near_low = ON_THE_BOUND * np.where(low > 0, np.minimum(low, high - low), high - low)
-    return (values - low < near_low) | (high - values < ON_THE_BOUND * (high - low))
+    near = near_bounds(unknowns)
+    return (values - low < near[0]) | (high - values < near[1])
 
 
 def off_bound(values: np.ndarray, unknowns: tuple[Unknown, ...]) -> np.ndarray:
@@ -92,13 +78,6 @@ def off_bound(values: np.ndarray, unknowns: tuple[Unknown, ...]) -> np.ndarray:
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
     margin = NEARLY * (high - low)
     return np.where(on_bound(values, unknowns), np.clip(values, low + margin, high - margin), values)
-
-
-def _step(factor, remainder, free, precision) -> np.ndarray:
-    size = np.linalg.norm(factor, axis=0)
-    scale = np.where(free & (size > 0), size, 1)
-    columns = np.where(free & (size > 0), factor / scale, 0)
-    return -np.linalg.lstsq(columns, remainder, rcond=precision)[0] / scale
 
 
 def rest_test(

@@ -75,6 +75,6 @@ def nameless_unknowns(unknowns: tuple[Unknown, ...], names: Names, bounded: bool
         parameter = unknown.parameter
         owner = names.get(parameter.family, {}).get(parameter.owner, parameter.owner)
         bounds = unknown.bounds if bounded else (0.0, 0.0)
-        return replace(unknown, parameter=replace(parameter, owner=owner), bounds=bounds)
+        return replace(unknown, parameter=replace(parameter, owner=owner), bounds=bounds, prior=None, sums=())
 
     return tuple(map(nameless, unknowns))

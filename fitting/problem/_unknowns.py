@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from diffwhitted.records import Row, typical_size
-from diffwhitted.scene import Parameter, Scene
+from diffwhitted.scene import Parameter, Scene, nearest_name
 
 from .._errors import FitError
 from ._free_names import split_free
@@ -30,6 +30,10 @@ class Unknown:
     counted: bool
     """Counted from the scene that the fit was given: an angle, or a move within a plane."""
     bounds: tuple[float, float]
+    prior: tuple[float, float] | None = None
+    """Mean and standard deviation of what was known of it before."""
+    sums: tuple[tuple[tuple[str, ...], float], ...] = ()
+    """The sums that it is in: the names of all that are added, and the most that they may come to."""
 
     @property
     def name(self) -> str:
@@ -71,29 +75,22 @@ def list_unknowns(
                 ends = default_bounds(scene, parameter, float(values[number]), part.counted, part.unit)
                 unknowns.append(Unknown(parameter, number, part.component, part.unit, part.counted, ends))
     for pattern, ends in (bounds or {}).items():
-        matched = _matching(unknowns, pattern)
-        if not matched:
-            raise FitError(
-                f"bounds: {pattern!r} matches no free coefficient; free are {', '.join(u.name for u in unknowns)}"
-            )
-        for i in matched:
+        for i in matching(unknowns, pattern, "bounds"):
             unknowns[i] = replace(unknowns[i], bounds=_checked_bounds(unknowns[i], ends))
     return tuple(unknowns)
 
 
-def start_values(scene: Scene, unknowns: tuple[Unknown, ...], start: Mapping[str, float] | None = None) -> np.ndarray:
+def start_values(
+    scene: Scene, unknowns: tuple[Unknown, ...], start: Mapping[str, float | Sequence[float]] | None = None
+) -> np.ndarray:
     """Where the fit begins: the scene's values, replaced by those in `start` (names, with wildcards).
 
     Raises `FitError` for a start outside the bounds and for a name that is not free.
     """
     values = values_in(scene, unknowns, scene)
     for pattern, value in (start or {}).items():
-        matched = _matching(unknowns, pattern)
-        if not matched:
-            raise FitError(
-                f"start: {pattern!r} matches no free coefficient; free are {', '.join(u.name for u in unknowns)}"
-            )
-        values[matched] = _start_number(pattern, value)
+        for i in matching(unknowns, pattern, "start"):
+            values[i] = _start_number(scene, unknowns[i], pattern, value)
     for u, value in zip(unknowns, values, strict=True):
         low, high = u.bounds
         slack = 1e-6 * (high - low)
@@ -104,6 +101,13 @@ def start_values(scene: Scene, unknowns: tuple[Unknown, ...], start: Mapping[str
                 f"with bounds={{{u.name!r}: (low, high)}} (diffwhitted fit --bounds {u.name}=LOW:HIGH)"
             )
     return np.clip(values, *np.asarray([u.bounds for u in unknowns]).T)
+
+
+def sums_of(unknowns: Sequence[Unknown]) -> tuple[tuple[tuple[int, ...], float], ...]:
+    """All sums that have a limit: the numbers of the unknowns that are added, and the limit."""
+    numbers = {u.name: i for i, u in enumerate(unknowns)}
+    sums = dict.fromkeys(entry for u in unknowns for entry in u.sums)
+    return tuple((tuple(numbers[name] for name in names), limit) for names, limit in sums)
 
 
 def values_in(scene: Scene, unknowns: Sequence[Unknown], other: Scene) -> np.ndarray:
@@ -131,21 +135,27 @@ def free_as_named(scene: Scene, unknowns: Sequence[Unknown]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(u.parameter.name if u.parameter in whole else u.name for u in unknowns))
 
 
-def _matching(unknowns: Sequence[Unknown], pattern: str) -> list[int]:
+def matching(unknowns: Sequence[Unknown], pattern: str, option: str) -> list[int]:
     """The numbers of the unknowns of that very name or, where there is none, of those that match it as a pattern.
 
-    As with free names, a pattern means materials unless it begins with a family word.
+    As with free names, a pattern means materials unless it begins with a family word. Raises `FitError` where there is
+    none; `option` is what gave the pattern.
     """
     names = [_names_of(u) for u in unknowns]
     exact = [i for i, known in enumerate(names) if pattern in known]
     if exact:
         return exact
     family = pattern.partition(".")[0]
-    return [
+    found = [
         i
         for i, (u, known) in enumerate(zip(unknowns, names, strict=True))
         if u.parameter.family in ("material", family) and any(fnmatch.fnmatchcase(name, pattern) for name in known)
     ]
+    if not found:
+        free = list(dict.fromkeys(u.name for u in unknowns))
+        near = nearest_name(pattern, [*free, *(u.parameter.name for u in unknowns)])
+        raise FitError(f"{option}: {pattern!r} matches no free coefficient; free are {', '.join(free)}.{near}")
+    return found
 
 
 def _names_of(unknown: Unknown) -> tuple[str, ...]:
@@ -154,13 +164,17 @@ def _names_of(unknown: Unknown) -> tuple[str, ...]:
     return (*names, *(f"material.{name}" for name in names)) if unknown.parameter.family == "material" else names
 
 
-def _start_number(name: str, value) -> float:
-    if np.ndim(value) or not _are_numbers([value]):
-        raise FitError(
-            f"start: {name} = {value!r}; allowed is a number, and for one channel of a colour its own name, such as "
-            f"{name}.r"
+def _start_number(scene: Scene, unknown: Unknown, pattern: str, value) -> float:
+    """Its own of the numbers that are given for its parameter, or the one number."""
+    given = np.ravel(np.asarray(value, object)).tolist()
+    parts = len(parts_of(scene, unknown.parameter))
+    if not _are_numbers(given) or np.ndim(value) > 1 or len(given) not in (1, parts) or np.size(value) != len(given):
+        grey = f"; write {unknown.name} as three numbers in the scene, or name it with colour (--colour)" * (
+            unknown.row.coloured and parts == 1 and len(given) == 3
         )
-    return float(value)
+        several = f", or {parts} numbers, one for each component" if parts > 1 else ""
+        raise FitError(f"start: {pattern} = {value!r}; allowed is a number{several} of {unknown.parameter.name}{grey}")
+    return float(given[unknown.part if len(given) > 1 else 0])
 
 
 def _are_numbers(values) -> bool:
@@ -174,6 +188,11 @@ def _checked_bounds(unknown: Unknown, ends) -> tuple[float, float]:
     if np.shape(ends) != (2,) or not _are_numbers(ends):
         raise FitError(f"bounds: {unknown.name} = {ends!r}; allowed is (low, high), two finite numbers")
     low, high = map(float, ends)
+    if low == high:
+        raise FitError(
+            f"bounds: {unknown.name} = {low:g} to {high:g} leaves nothing to look for; leave it out of free (--free) "
+            f"and write {low:g} in the scene"
+        )
     if allowed := checked_bounds(unknown.row, unknown.counted, (low, high)):
         raise FitError(f"bounds: {unknown.name} = {low:g} to {high:g}; allowed is {allowed}")
     return low, high
