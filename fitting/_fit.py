@@ -16,14 +16,19 @@ from diffwhitted.tree import decide_effects, points_only, trees_or_points
 
 from ._errors import FitError
 from ._outcome import outcome, with_runs
+from ._restricted import restricted
 from ._result import FitResult, FitStep
+from .judging._grey import grey_note, grey_only
 from .problem._bounds import Bounds
 from .problem._build import build
-from .problem._free_names import free_parameters, whole_names
+from .problem._colour import coloured
+from .problem._free_names import free_list, free_parameters, whole_names
 from .problem._problem import any_moves
 from .problem._shot_files import shots_of
+from .problem._sought import Wishes, sought
+from .problem._sums import require_start
 from .problem._target import CheckedTarget, as_targets
-from .problem._unknowns import Unknown, insert, list_unknowns, start_values
+from .problem._unknowns import Unknown, insert, start_values
 from .solving._settling import settle
 from .solving._solve import compile_solver
 
@@ -33,8 +38,12 @@ def fit(
     targets=None,
     free: Sequence[str] = (),
     *,
-    start: Mapping[str, float] | None = None,
+    start: Mapping[str, float | Sequence[float]] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
+    prior: Mapping[str, tuple[float, float]] | None = None,
+    ties: Mapping[str, str | tuple[float, str]] | None = None,
+    at_most: Mapping[str, float] | None = None,
+    colour: Sequence[str] = (),
     starts: int = 1,
     samples: int = 1,
     max_depth: int | None = None,
@@ -54,6 +63,14 @@ def fit(
     - `start`, `bounds`: by name, with wildcards; otherwise the scene's values, and the bounds of the table or those
       that the scene suggests (see `_ranges`). A direction is free by two angles u and v in degrees, counted from the
       scene's.
+      One number, or one for each component.
+    - `prior`: what was known of a coefficient before, {"glass.refractive_index": (1.5, 0.02)}: mean and standard
+      deviation of a Gaussian, beside the pictures. It counts in the standard errors and determines what they do not.
+    - `ties`: {"mirror.k_h": "mirror.k_s"} or {"mirror.k_h": "0.5*mirror.k_s"}: the first follows the second, which
+      is free.
+    - `at_most`: {"mirror.k_s+mirror.k_t": 1}: the most that a sum may come to; of colours, in each channel.
+    - `colour`: names of coefficients that are one number in the scene and are looked for as three. A free channel,
+      such as "red.k_d.r", asks for it too.
     - `starts`: how many starting points to try: the one above, the middle of the bounds, then a Sobol
       sequence over the bounds. The best end is returned.
     - `samples`: n x n rays a pixel.
@@ -72,28 +89,33 @@ def fit(
     from the residual. Raises `FitError` for input that cannot be used (`SceneError` for a max_depth).
     """
     begun = time.perf_counter()
-    _require_values(scene, targets, start, bounds)
+    _require_values(scene, targets, start, bounds, prior, ties, at_most)
     starts, samples, max_steps = (
         whole_number(value, name, error=FitError)
         for name, value in (("starts", starts), ("samples", samples), ("max_steps", max_steps))
     )
     max_depth = depth_number(max_depth)
+    scene = coloured(scene, colour, free)
     targets, given = as_targets(scene, targets if targets is not None else shots_of(scene)), scene
     scene = _near_the_first(changed(scene, shots=tuple(target.shot for target in targets)), targets)
-    names, passed_over = free_parameters(scene, free, max_depth, {target.camera for target in targets})
-    unknowns = list_unknowns(scene, names, bounds)
+    names, passed_over = free_parameters(
+        scene, (*free_list(free), *(ties or {})), max_depth, {target.camera for target in targets}
+    )
+    wanted = sought(scene, names, Wishes(bounds or {}, prior or {}, ties or {}, at_most or {}))
+    unknowns = wanted.all
     if given.keeps_digits:
         _require_no_places(unknowns)
-    first = start_values(scene, unknowns, start)
+    first = start_values(scene, wanted.leaders, start)
+    require_start(wanted.leaders, first)
     automatic = footprint is None and not scene.footprint and samples == 1 and not any_moves(unknowns)
     if footprint is None:
         footprint = scene.footprint or (samples if any_moves(unknowns) else 0)
     sampling = None if automatic else "pixel" if footprint or samples > 1 else "points"
     footprint, samples = _able(scene, unknowns, footprint, samples)
-    problem, weighing = build(scene, targets, names, unknowns, first, samples, max_depth, footprint)
+    problem, weighing = build(scene, targets, names, wanted, first, samples, max_depth, footprint)
     compile_solver(problem, first)
     seconds_compile, ends = time.perf_counter() - begun, []
-    for point in _starting_points(first, unknowns, starts):
+    for point in _starting_points(first, wanted.leaders, starts):
         ends.append(
             settle(
                 problem,
@@ -113,11 +135,12 @@ def fit(
     effects = tuple(
         (d.name, d.on, d.why) for d in decide_effects(scene, whole_names(scene, names), max_depth, footprint)
     )
-    notes = tuple(f"{name} left as it is: {why}" for name, why in passed_over)
-    result = outcome(scene, targets, end, first, effects, notes)
+    notes = grey_note(grey_only(scene, problem, targets, best.values))
+    notes += tuple(f"{name} left as it is: {why}" for name, why in passed_over)
+    result = restricted(outcome(scene, targets, end, first, effects, notes), scene, wanted)
     if given.keeps_digits:
         whole = changed(given, shots=scene.shots)
-        result = replace(result, scene=insert(whole, unknowns, best.values.astype(given.dtype)))
+        result = replace(result, scene=insert(whole, unknowns, (wanted.matrix @ best.values).astype(given.dtype)))
     if not given.shots and not any(u.parameter.family == "shot" for u in unknowns):
         result = replace(result, scene=changed(result.scene, shots=()))
     return with_runs(result, [end.solution for end in ends], seconds_compile)

@@ -52,12 +52,12 @@ def outcome(
     structured = not rounding and is_structured(views, noises, len(unknowns))
     found = None
     if not rounding and (structured or weighing.estimated):
-        found = evidence(end.problem, targets, best.values)
+        found = evidence(end.problem, targets, best.values, noise)
 
     def widen(ways: np.ndarray) -> np.ndarray:
-        if found is None:
-            return np.zeros(ways.shape[1])
-        return weighing.slack * np.max(list(robust_errors(narrowed(found, ways), structured).values()), axis=0)
+        told = end.problem.prior_errors(ways, best.factor, noise, jacobian_precision(scene))
+        robust = {} if found is None else robust_errors(narrowed(found, ways), structured)
+        return np.max([told, *(weighing.slack * error for error in robust.values())], axis=0)
 
     known, held = uncertainty_within(
         best.factor, best.remainder, noise, best.values, unknowns, jacobian_precision(scene), RESOLVED * eps,

@@ -35,6 +35,9 @@ class FittedCoefficient:
     - `shift`: how far the value moved when 2 x 2 filtered trees took the place of each, in `unit`: what the trees leave
       out of the picture, and part of the standard error and the interval. 0 where no ray moves.
     - `moves`: what a change of it moves in the picture: "nothing", "patterns", "shadows" or "rays".
+    - `prior`: mean and standard deviation of what was known of it before, None: nothing.
+    - `tied_to`: the coefficient that it is a fixed multiple of, if that was asked.
+    - `further`: further remarks, such as on a sum that has reached its limit.
     - `at_bound`: the solution lies on one of the `bounds` (lowest and highest value allowed).
 
     Raises `ValueError` for a standard error or an interval on a coefficient that is not identifiable.
@@ -54,6 +57,9 @@ class FittedCoefficient:
     unit: str
     shift: float = 0.0
     moves: str = "nothing"
+    prior: tuple[float, float] | None = None
+    tied_to: str = ""
+    further: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.identifiable and not (self.standard_error is None and self.interval_95 is None):
@@ -83,7 +89,14 @@ class FittedCoefficient:
             parts.append("the pictures do not determine it")
         if self.at_bound:
             parts.append(f"at its {self.bound_reached}")
-        return "; ".join(parts)
+        if self.prior is not None:
+            parts.append(f"prior {self.prior[0]:g} ± {self.prior[1]:g}, {self.sigmas_from_prior:+.1f} sigma from it")
+        return "; ".join((*parts, *self.further))
+
+    @property
+    def sigmas_from_prior(self) -> float:
+        """How many standard deviations of its prior the value lies above the prior's mean; NaN without a prior."""
+        return math.nan if self.prior is None else (self.value - self.prior[0]) / self.prior[1]
 
     def to_json(self) -> dict[str, Any]:
         """The coefficient as a dictionary of JSON values; a number that is not finite becomes None."""
@@ -102,6 +115,9 @@ class FittedCoefficient:
             "bounds": [_finite(end) for end in self.bounds],
             "unit": self.unit,
             "moves": self.moves,
+            "prior": self.prior
+            and {"mean": self.prior[0], "standard_deviation": self.prior[1], "sigmas_off": self.sigmas_from_prior},
+            "tied_to": self.tied_to or None,
             "remark": self.remark,
         }
 
@@ -170,7 +186,7 @@ class FitResult:
       `"not_identifiable"` or `"interrupted"`; `message` says the same in a sentence.
     - `coefficients`: one `FittedCoefficient` per fitted number, p in all.
     - `correlation`: `(p, p)`, in the order of `coefficients`; NaN where it is not defined.
-    - `rank`: of the Jacobian at the solution, p if everything is determined.
+    - `rank`: of the Jacobian at the solution, the number of unknowns if everything is determined.
     - `rmse`, `noise`: linear RGB; `noise_given` is False when the noise was estimated from the residual; NaN
       where it could not be.
     - `misfit`: the residual is not noise (neighbouring pixels agree, or it is well above the given noise), so the

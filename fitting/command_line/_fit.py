@@ -90,7 +90,7 @@ Start = Annotated[
         "--start",
         metavar="NAME=VALUE",
         show_default=False,
-        help="Where the fit begins; wildcards allowed. Default: the values of the scene.",
+        help="Where the fit begins; wildcards allowed, and NAME=R,G,B for a colour. Default: the values of the scene.",
     ),
 ]
 BoundsGiven = Annotated[

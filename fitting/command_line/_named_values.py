@@ -27,6 +27,40 @@ def numbers(option: str, given: Sequence[str]) -> dict[str, float]:
     }
 
 
+def starts(option: str, given: Sequence[str]) -> dict[str, float | tuple[float, ...]]:
+    """From `NAME=VALUE` or `NAME=R,G,B`, with or without brackets; raises `InputError` for anything else."""
+    allowed, found = "NAME=VALUE, such as glass.k_d=0.3, or NAME=R,G,B, such as red.k_d=0.5,0.3,0.1", {}
+    for text in given:
+        name, value = _split(option, text, allowed)
+        parts = value.strip().removeprefix("[").removesuffix("]").split(",")
+        values = tuple(_number(option, text, part, allowed) for part in parts)
+        found[name] = values if len(values) > 1 else values[0]
+    return found
+
+
+def priors(option: str, given: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """From `NAME=MEAN+-DEVIATION` or `NAME=MEAN±DEVIATION`; raises `InputError` for anything else."""
+    allowed, found = "NAME=MEAN+-DEVIATION, such as glass.refractive_index=1.5+-0.02", {}
+    for text in given:
+        name, value = _split(option, text, allowed)
+        mean, sign, deviation = value.replace("±", "+-").partition("+-")
+        if not sign:
+            raise InputError(f"{option} {text}: allowed is {allowed}")
+        found[name] = (_number(option, text, mean, allowed), _number(option, text, deviation, allowed))
+    return found
+
+
+def ties(option: str, given: Sequence[str]) -> dict[str, str]:
+    """From `NAME=OTHER` or `NAME=0.5*OTHER`; raises `InputError` for anything else."""
+    found = {}
+    for text in given:
+        name, value = _split(option, text, "NAME=OTHER, such as mirror.k_h=mirror.k_s, or NAME=0.5*OTHER")
+        if name in found:
+            raise InputError(f"{option}: {name} follows {found[name]} and {value}; allowed is one")
+        found[name] = value
+    return found
+
+
 def intervals(option: str, given: Sequence[str]) -> dict[str, tuple[float, float]]:
     """From `NAME=LOW:HIGH`; raises `InputError` for anything else."""
     allowed, found = 'NAME=LOW:HIGH, such as "*.phong_exponent=5:500"', {}

@@ -35,13 +35,17 @@ class Evidence:
     """For each target the number of the piece of each pixel."""
     grams: np.ndarray
     """(pieces, p, p): J'J of each piece."""
+    prior: np.ndarray
+    """(p, p): J'J of the priors."""
+    noise: float
+    """Standard deviation of the residuals, beside which the priors are weighed."""
 
     @property
     def gram(self) -> np.ndarray:
-        return self.grams.sum(axis=0)
+        return self.grams.sum(axis=0) + self.prior
 
 
-def evidence(problem: Problem, targets: Sequence[CheckedTarget], values: np.ndarray) -> Evidence:
+def evidence(problem: Problem, targets: Sequence[CheckedTarget], values: np.ndarray, noise: float) -> Evidence:
     """At these coefficients, one look at all pixels."""
     count, asked, first = len(problem.unknowns), problem.asked(values), 0
     scores, pieces, grams = [], [], []
@@ -53,25 +57,26 @@ def evidence(problem: Problem, targets: Sequence[CheckedTarget], values: np.ndar
         rows = np.stack([rows.reshape(-1, rows.shape[-1]) for rows, _ in found])
         picture = np.asarray(view.picture(rows)).reshape(*target.mask.shape, -1, 3)
         jacobian, residual = picture[:, :, mine], picture[:, :, -1:]
-        whole = np.zeros((*target.mask.shape, count))
-        whole[:, :, [names[k] for k in mine]] = (jacobian * residual).sum(axis=-1)
+        score = np.moveaxis((jacobian * residual).sum(axis=-1), -1, 0).astype(np.float64)
+        numbers = [names[k] for k in mine]
         piece = _sectors(np.abs(jacobian).sum(axis=(2, 3)) * (target.mask > 0))
         gram = np.zeros((SECTORS, count, count))
-        place = np.ix_([names[k] for k in mine], [names[k] for k in mine])
         for number in range(SECTORS):
-            part = jacobian[piece == number].transpose(0, 2, 1).reshape(-1, len(mine)).astype(np.float64)
-            gram[number][place] = part.T @ part
-        scores.append(whole)
+            part = jacobian[piece == number].transpose(2, 0, 1).reshape(len(mine), -1).astype(np.float64)
+            part = problem.joined(part, numbers)
+            gram[number] = part @ part.T
+        scores.append(np.moveaxis(problem.joined(score, numbers), 0, -1))
         pieces.append(piece + first)
         grams.append(gram)
         first += SECTORS
-    return Evidence(tuple(scores), tuple(pieces), np.concatenate(grams))
+    prior = np.zeros((count, count)) if problem.priors is None else np.diag(problem.priors.weight**2)
+    return Evidence(tuple(scores), tuple(pieces), np.concatenate(grams), prior, noise)
 
 
 def narrowed(found: Evidence, ways: np.ndarray) -> Evidence:
     """What it says of the ways (p, m) along which coefficients move together."""
     scores = tuple(score @ ways for score in found.scores)
-    return replace(found, scores=scores, grams=ways.T @ found.grams @ ways)
+    return replace(found, scores=scores, grams=ways.T @ found.grams @ ways, prior=ways.T @ found.prior @ ways)
 
 
 def robust_errors(found: Evidence, correlated: bool) -> dict[str, np.ndarray]:
@@ -114,7 +119,7 @@ def sandwich(found: Evidence, side: int) -> np.ndarray:
         flat = blocks.reshape(-1, count)
         flat = flat[np.any(flat != 0, axis=1)]
         total, groups = total + flat.T @ flat, groups + len(flat)
-    return total * groups / max(groups - len(found.gram), 1)
+    return total * groups / max(groups - len(found.gram), 1) + found.prior * found.noise**2
 
 
 def jackknife(found: Evidence) -> np.ndarray:

@@ -13,10 +13,11 @@ from diffwhitted.tree import likely_room, make_plan, sample_places
 from ._bounds import Bounds
 from ._free_names import whole_names
 from ._nameless import nameless_scene, nameless_unknowns, numbered_names
+from ._priors import priors_of
 from ._problem import Problem, any_moves, prepared
 from ._sight import sights
 from ._target import CheckedTarget, residual_count
-from ._unknowns import Unknown
+from ._ties import Ties
 from ._views import PART_PIXELS, PART_RAYS, view_of
 from ._weighing import Weighing, first_weighing
 
@@ -28,13 +29,16 @@ def build(
     scene: Scene,
     targets: tuple[CheckedTarget, ...],
     names: Sequence[str],
-    unknowns: tuple[Unknown, ...],
+    ties: Ties,
     first: np.ndarray,
     samples: int,
     max_depth: int | None,
     footprint: int,
 ) -> tuple[Problem, Weighing]:
-    """The problem, whose scene has the shots of the targets, and how much its residuals count."""
+    """The problem, which begins at the leaders' values `first` and whose scene has the shots of the targets, and how
+    much its residuals count.
+    """
+    unknowns = ties.all
     scene, total = changed(scene, shots=tuple(target.shot for target in targets)), float(residual_count(targets))
     weighing = first_weighing(targets, total)
     moving, places = any_moves(unknowns), sample_places(footprint or samples, scene.dtype)
@@ -62,5 +66,7 @@ def build(
         view_of(sight, t.image, weight, places, 1 / max(footprint, 1), plan.program, mark)
         for t, weight, plan, mark, sight in zip(targets, weighing.weights(targets), plans, marks, seen, strict=True)
     )
-    views = prepared(plain, nameless, jnp.asarray(first, scene.dtype), views, moving)
-    return Problem(plain, Bounds(unknowns), views, unknowns, nameless), weighing
+    views = prepared(plain, nameless, jnp.asarray(ties.matrix @ first, scene.dtype), views, moving)
+    priors = priors_of(ties.leaders, 1 / total**0.5)
+    matrix = ties.matrix if ties.any else None
+    return Problem(plain, Bounds(ties.leaders), views, ties.leaders, nameless, matrix, priors), weighing

@@ -32,8 +32,7 @@ def free_parameters(
     over what cannot change the image. Raises `FitError` for a pattern that matches nothing, and for a plain name that
     cannot change the image. `cameras`: those whose pictures count.
     """
-    if isinstance(patterns, str):
-        patterns = (patterns,)
+    patterns = free_list(patterns)
     if not patterns:
         raise FitError('free: no coefficient is free; name some, such as free=["glass.k_d"] or "*.k_s"')
     there = parameters(scene)
@@ -57,6 +56,11 @@ def free_parameters(
             + "; ".join(f"{p.name}: {why}" for p, why in list(reasons.items())[:4])
         )
     return names, tuple((p.name, why) for p, why in reasons.items())
+
+
+def free_list(patterns: Sequence[str]) -> tuple[str, ...]:
+    """Several names, where one may be given alone."""
+    return (patterns,) if isinstance(patterns, str) else tuple(patterns)
 
 
 def whole_names(scene: Scene, names: Sequence[str]) -> tuple[str, ...]:

@@ -24,6 +24,7 @@ from diffwhitted.scene import Scene
 
 from ._bounds import Bounds
 from ._nameless import shots_alone, without_shots
+from ._priors import Priors
 from ._pyramid import blurred
 from ._rows import factor_of_rows, picture_rows, radiance_rows, record_part
 from ._sight import of_shots
@@ -41,16 +42,40 @@ class Problem(eqx.Module):
     """The targets."""
     unknowns: tuple[Unknown, ...] = eqx.field(static=True)
     nameless: tuple[Unknown, ...] = eqx.field(static=True, default=())
-    """The unknowns, as its programs know them."""
+    """The unknowns, as its programs know them, with those that follow others."""
+    ties: Float[np.ndarray, "q p"] | None = None
+    """The values of all of those, from the unknowns'; None: they are the unknowns'."""
+    priors: Priors | None = None
 
     @property
     def moves(self) -> bool:
         """Does any of the unknowns move rays, shadows or patterns?"""
-        return any_moves(self.unknowns)
+        return any_moves(self.nameless or self.unknowns)
+
+    def all_values(self, values):
+        """The values of those that follow too."""
+        return values if self.ties is None else jnp.asarray(self.ties, self.scene.dtype) @ values
 
     def asked(self, values) -> "Asked":
         """What its programs are asked for at these values."""
-        return Asked.of(self.scene, self.nameless, jnp.asarray(values, self.scene.dtype))
+        return Asked.of(self.scene, self.nameless, jnp.asarray(self.all_values(values), self.scene.dtype))
+
+    def prior_loss(self, values: np.ndarray) -> float:
+        """The part of priors in |r|^2 / 2."""
+        return 0.0 if self.priors is None else self.priors.loss(values)
+
+    def prior_errors(self, ways: np.ndarray, factor: np.ndarray, noise: float, precision: float) -> np.ndarray:
+        """Standard errors along some ways where there are priors, else 0."""
+        if self.priors is None or not np.isfinite(noise):
+            return np.zeros(ways.shape[1])
+        return self.priors.errors(ways, factor, noise, precision)
+
+    def joined(self, rows: np.ndarray, names: list[int]) -> np.ndarray:
+        """Rows of a part's columns (m, ...) as those of the unknowns (p, ...); `names`: `Asked.columns_of`."""
+        whole = np.zeros((len(self.nameless), *rows.shape[1:]), rows.dtype)
+        mine = [k for k, name in enumerate(names) if name >= 0]
+        whole[[names[k] for k in mine]] = rows[mine]
+        return whole if self.ties is None else np.tensordot(self.ties.T, whole, 1)
 
 
 def any_moves(unknowns: tuple[Unknown, ...]) -> bool:
@@ -158,10 +183,10 @@ def factorise(
 ) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
     """The triangular factor of [J r] in the coefficients, (p + 1, p + 1), and the film of each target.
 
-    The pictures are in the precision of the scene, the factor of the parts' factors in float64. With `sigma` residual
-    and Jacobian are blurred by so many pixels (see `_pyramid`).
+    The pictures are in the precision of the scene, the factor of the parts' factors in float64; priors are rows of it.
+    With `sigma` residual and Jacobian are blurred by so many pixels (see `_pyramid`).
     """
-    count, asked = len(problem.unknowns), problem.asked(values)
+    count, asked = len(problem.nameless), problem.asked(values)
     factors, films = [], []
     for view in problem.views:
         names = [*asked.columns_of(view.parts[0]), count]
@@ -172,7 +197,12 @@ def factorise(
             found, film = zip(*pass_rows(asked, view, factor_of_rows), strict=True)
         factors += [_spread(np.asarray(factor, np.float64), names, count + 1) for factor in found]
         films.append(np.stack(film))
-    return _factor_of(np.concatenate(factors)), tuple(films)
+    rows = np.concatenate(factors)
+    if problem.ties is not None:
+        rows = np.concatenate([rows[:, :-1] @ problem.ties, rows[:, -1:]], axis=1)
+    if problem.priors is not None:
+        rows = np.concatenate([rows, problem.priors.rows(np.asarray(values))])
+    return _factor_of(rows), tuple(films)
 
 
 def pass_rows(asked: Asked, view: View, use: Callable = lambda rows: rows) -> Iterator[tuple]:
@@ -180,7 +210,7 @@ def pass_rows(asked: Asked, view: View, use: Callable = lambda rows: rows) -> It
 
     def one_pass(number: int, follow: Callable):
         parts = view.places_of(number)
-        found = follow(lambda part: _with_room(asked.rows, part), parts)
+        found = follow(lambda part: with_room(asked.rows, part), parts)
         columns, seen = found[0] if len(found) == 1 else jax.tree.map(lambda *a: sum(a) / len(a), *found)
         rows, picture = asked.picture(parts[0], columns, seen)
         return use(rows), np.asarray(picture)
@@ -209,7 +239,7 @@ def _blurred_factor(view: View, passes: np.ndarray, sigma: float) -> np.ndarray:
     return _factor_of(blurred(picture, sigma / view.step).reshape(picture.shape[0], -1).T)
 
 
-def _with_room(rows: Callable, part: Part):
+def with_room(rows: Callable, part: Part):
     """The light of a part and its derivatives, with more room where moving rays need it."""
     while True:
         columns, seen, needed = rows(part)
@@ -222,33 +252,3 @@ def _factor_of(factors: np.ndarray) -> np.ndarray:
     """The triangular factor of stacked ones, with a diagonal >= 0; square also where there are few rows."""
     total = np.asarray(np.linalg.qr(np.vstack([factors, np.zeros((factors.shape[1],) * 2)]), mode="r"))
     return total * np.where(np.diagonal(total) < 0, -1, 1)[:, None]
-
-
-def within_pixels(problem: Problem, values) -> list[np.ndarray]:
-    """For each target how much the samples of each pixel vary beyond a smooth course, (height, width, 3); 0 of one
-    sample.
-
-    What a parabola through them follows is integrated well by a grid; what it does not, such as an edge, is not. It is
-    the variance about the best plane of 2 x 2 samples, about the best parabola of more.
-    """
-    asked, found = problem.asked(values), []
-    for view in problem.views:
-        if len(view.parts) == view.passes:
-            found.append(np.zeros_like(view.image, np.float64))
-            continue
-        films = []
-        for number in range(view.passes):
-            lights = side_by_side(lambda part: _with_room(asked.rows, part)[1], view.places_of(number))
-            stack = np.stack([np.asarray(light, np.float64) for light in lights])
-            rough = _beyond_smooth(np.stack([np.asarray(part.place) for part in view.places_of(number)]))
-            films.append((np.tensordot(rough, stack, 1) ** 2).mean(axis=0))
-        found.append(np.asarray(view.picture(np.stack(films)), np.float64))
-    return found
-
-
-def _beyond_smooth(places: np.ndarray) -> np.ndarray:
-    """The projection of samples at these places (n, 2) to what no plane, or no parabola, through them follows."""
-    x, y = (places - places.mean(axis=0)).T
-    smooth = [np.ones_like(x), x, y] + ([x * x, x * y, y * y] if len(x) > 6 else [])
-    basis = np.linalg.qr(np.stack(smooth, axis=1))[0]
-    return np.eye(len(x)) - basis @ basis.T

@@ -168,7 +168,7 @@ def _start_number(scene: Scene, unknown: Unknown, pattern: str, value) -> float:
     """Its own of the numbers that are given for its parameter, or the one number."""
     given = np.ravel(np.asarray(value, object)).tolist()
     parts = len(parts_of(scene, unknown.parameter))
-    if not _are_numbers(given) or np.ndim(value) > 1 or len(given) not in (1, parts) or np.size(value) != len(given):
+    if not are_numbers(given) or np.ndim(value) > 1 or len(given) not in (1, parts) or np.size(value) != len(given):
         grey = f"; write {unknown.name} as three numbers in the scene, or name it with colour (--colour)" * (
             unknown.row.coloured and parts == 1 and len(given) == 3
         )
@@ -177,7 +177,7 @@ def _start_number(scene: Scene, unknown: Unknown, pattern: str, value) -> float:
     return float(given[unknown.part if len(given) > 1 else 0])
 
 
-def _are_numbers(values) -> bool:
+def are_numbers(values) -> bool:
     try:
         return all(np.isfinite(float(value)) and not isinstance(value, str) for value in values)
     except (TypeError, ValueError):
@@ -185,7 +185,7 @@ def _are_numbers(values) -> bool:
 
 
 def _checked_bounds(unknown: Unknown, ends) -> tuple[float, float]:
-    if np.shape(ends) != (2,) or not _are_numbers(ends):
+    if np.shape(ends) != (2,) or not are_numbers(ends):
         raise FitError(f"bounds: {unknown.name} = {ends!r}; allowed is (low, high), two finite numbers")
     low, high = map(float, ends)
     if low == high:

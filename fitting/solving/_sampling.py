@@ -51,5 +51,5 @@ def sampled(problem: Problem, side: int, values: np.ndarray) -> Problem:
     """The problem with side x side points a pixel."""
     dtype = problem.scene.dtype
     views = tuple(at_places(view, sample_places(side, dtype)) for view in problem.views)
-    views = prepared(problem.scene, problem.nameless, jnp.asarray(values, dtype), views, False)
+    views = prepared(problem.scene, problem.nameless, jnp.asarray(problem.all_values(values), dtype), views, False)
     return replace(problem, views=views)

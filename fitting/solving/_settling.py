@@ -13,11 +13,12 @@ from diffwhitted.image import gathered
 
 from .._result import FitStep
 from ..judging._misfit import at_rounding
-from ..judging._rest import rest_share
+from ..judging._rest import jacobian_precision, residual_noise, rest_share
 from ..judging._variance import variance_of
-from ..problem._problem import Problem, within_pixels
+from ..problem._problem import Problem
 from ..problem._target import CheckedTarget
 from ..problem._weighing import Weighing, weighed
+from ..problem._within import within_pixels
 from ._sampling import SIDE, Comparison, compared, sampled
 from ._solve import Solution
 from ._stages import run, stages_of
@@ -27,6 +28,8 @@ FAR, OFTEN = 5.0, 1e-4
 """Tails are heavy where more than this share of residuals is so many deviations off (Gaussian: 6e-7)."""
 TAIL = 3.0
 """Degrees of freedom of Student's t for residuals with heavy tails."""
+ALIKE = 0.02
+"""Priors whose weights change by a smaller share weigh what they did."""
 CHANGED = 0.1
 """Deviations that change by a smaller share (root of the mean square of their logarithm) are what they were."""
 
@@ -89,7 +92,17 @@ def settle(
             for picture, t in zip(pictures, targets, strict=True)
         )
 
-    def solved(problem: Problem, weighing: Weighing, point: np.ndarray, before: Solution | None) -> Solution:
+    def solved(problem: Problem, weighing: Weighing, point: np.ndarray, before: Solution | None):
+        """The solution, and the problem with its priors beside the noise that it shows."""
+        solution = once(problem, weighing, point, before)
+        for _ in range(ROUNDS):
+            new = with_noise(problem, targets, weighing, solution)
+            if new is None or solution.interrupted:
+                break
+            problem, solution = new, once(new, weighing, solution.values, solution)
+        return problem, solution
+
+    def once(problem: Problem, weighing: Weighing, point: np.ndarray, before: Solution | None) -> Solution:
         stages = stages_of(problem, targets, coarse_to_fine and before is None, weighing.unit)
         stages = stages if before is None else [stage for stage in stages if not stage.blur]
         steps = max_steps if before is None else max(max_steps - len(before.history), 2)
@@ -100,14 +113,14 @@ def settle(
         comparison = compared(problem, start)
         sampling = comparison.better or "points"
         problem = sampled(problem, SIDE, start) if sampling == "pixel" else problem
-    solution = solved(problem, weighing, start, None)
+    problem, solution = solved(problem, weighing, start, None)
     # Look again where it is at rest.
     if found_out and not solution.interrupted and not exact(solution):
         comparison = compared(problem, solution.values)
         if comparison.better not in (None, sampling):
             sampling = comparison.better
             problem = sampled(problem, SIDE if sampling == "pixel" else 1, solution.values)
-            solution = solved(problem, weighing, solution.values, solution)
+            problem, solution = solved(problem, weighing, solution.values, solution)
     # Weigh each residual by what residuals like it show.
     for _ in range(ROUNDS):
         if targets[0].noise is not None or solution.interrupted or exact(solution):
@@ -116,8 +129,24 @@ def settle(
         if new is None or (weighing.estimated and _change(new, weighing) < CHANGED):
             break
         problem, weighing = weighed(problem, targets, new), new
-        solution = solved(problem, weighing, solution.values, solution)
+        problem, solution = solved(problem, weighing, solution.values, solution)
     return Settled(solution, problem, weighing, sampling or "points", comparison)
+
+
+def with_noise(
+    problem: Problem, targets: tuple[CheckedTarget, ...], weighing: Weighing, solution: Solution
+) -> Problem | None:
+    """The problem with its priors beside the noise that the residuals show; None where they are so already."""
+    if problem.priors is None:
+        return None
+    noise = residual_noise(targets, solution.loss, len(problem.unknowns), weighing.unit, problem.scene)
+    if not np.isfinite(noise):
+        return None
+    new = problem.priors.weighed(noise, solution.factor, jacobian_precision(problem.scene))
+    known = np.isfinite(new.deviation)
+    if np.allclose(np.log(new.weight[known] / problem.priors.weight[known]), 0, atol=ALIKE):
+        return None
+    return replace(problem, priors=new)
 
 
 def estimated(

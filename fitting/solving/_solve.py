@@ -81,25 +81,26 @@ class Look:
     values: np.ndarray
     factor: np.ndarray
     films: tuple[np.ndarray, ...]
+    prior_loss: float
+
+    @property
+    def loss(self) -> float:
+        """|r|^2 / 2 with that of priors."""
+        return 0.5 * float(self.factor[:, -1] @ self.factor[:, -1])
 
     def linear(self):
-        """Coefficients, R, q, and the loss |r|^2 / 2."""
-        return (
-            self.values,
-            self.factor[:-1, :-1],
-            self.factor[:-1, -1],
-            0.5 * float(self.factor[:, -1] @ self.factor[:, -1]),
-        )
+        """Coefficients, R, q, and the loss of the pictures alone."""
+        return self.values, self.factor[:-1, :-1], self.factor[:-1, -1], self.loss - self.prior_loss
 
 
 def look(problem: Problem, x: Float[Array, "p"], sigma: float) -> Look:
-    values = problem.bounds.values(x)
-    return Look(x, np.asarray(values, np.float64), *factorise(problem, values, sigma))
+    return look_at(problem, np.asarray(problem.bounds.values(x), np.float64), sigma, x)
 
 
-def look_at(problem: Problem, values: np.ndarray, sigma: float) -> Look:
-    """At coefficients themselves, which may lie on their bounds."""
-    return Look(jnp.asarray(values, float), values, *factorise(problem, values, sigma))
+def look_at(problem: Problem, values: np.ndarray, sigma: float, x: Float[Array, "p"] | None = None) -> Look:
+    """At coefficients themselves, which may lie on their bounds; `x`: the solver's unknowns there."""
+    x = jnp.asarray(values, float) if x is None else x
+    return Look(x, values, *factorise(problem, values, sigma), problem.prior_loss(values))
 
 
 def solve(
@@ -159,7 +160,7 @@ def solve(
             better = False
             for share in (1.0,) if unseen else _shares(before, step):
                 here = look_at(problem, within(best.values, share * step, problem.unknowns), sigma)
-                better = _promise(problem, here)[1] < promise if unseen else here.linear()[-1] < best.linear()[-1]
+                better = _promise(problem, here)[1] < promise if unseen else here.loss < best.loss
                 best = note(here, better, best)
                 if better or len(history) >= max_steps:
                     break
@@ -239,7 +240,7 @@ def _is_stuck(history: list[FitStep], problem: Problem, best: Look) -> bool:
 
 def _is_unseen(problem: Problem, here: Look) -> bool:
     """Is the next step too small for the loss to tell whether it is one for the better?"""
-    return _promise(problem, here)[1] < UNSEEN * float(jnp.finfo(problem.scene.dtype).eps) * here.linear()[-1]
+    return _promise(problem, here)[1] < UNSEEN * float(jnp.finfo(problem.scene.dtype).eps) * here.loss
 
 
 def _method(dtype) -> optx.LevenbergMarquardt:
@@ -277,7 +278,7 @@ def _flat(x: Float[Array, "p"]) -> LinearModel:
 
 
 def _linear_model(problem: Problem, here: Look) -> LinearModel:
-    jacobian = here.factor[:, :-1] * np.asarray(problem.bounds.slope(here.x), np.float64)
+    jacobian = problem.bounds.in_unknowns(here.factor[:, :-1], here.x)
     return LinearModel(here.x, *(jnp.asarray(a, here.x.dtype) for a in (here.factor[:, -1], jacobian)))
 
 
