@@ -34,7 +34,7 @@ def starts(option: str, given: Sequence[str]) -> dict[str, float | tuple[float, 
         name, value = _split(option, text, allowed)
         parts = value.strip().removeprefix("[").removesuffix("]").split(",")
         values = tuple(_number(option, text, part, allowed) for part in parts)
-        found[name] = values if len(values) > 1 else values[0]
+        found[name] = values if len(parts) > 1 else _number(option, text, parts[0], allowed)
     return found
 
 

@@ -38,6 +38,6 @@ Colours = Annotated[
         "--colour",
         metavar="NAME",
         show_default=False,
-        help="Look for three channels where the scene has one number, such as red.k_d. --free red.k_d.r asks for it too.",
+        help="Look for three channels where the scene has one number, such as red.k_d. A free channel asks for it too.",
     ),
 ]

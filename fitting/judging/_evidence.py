@@ -62,7 +62,7 @@ def evidence(problem: Problem, targets: Sequence[CheckedTarget], values: np.ndar
         piece = _sectors(np.abs(jacobian).sum(axis=(2, 3)) * (target.mask > 0))
         gram = np.zeros((SECTORS, count, count))
         for number in range(SECTORS):
-            part = jacobian[piece == number].transpose(2, 0, 1).reshape(len(mine), -1).astype(np.float64)
+            part = jacobian[piece == number].transpose(1, 0, 2).reshape(len(mine), -1).astype(np.float64)
             part = problem.joined(part, numbers)
             gram[number] = part @ part.T
         scores.append(np.moveaxis(problem.joined(score, numbers), 0, -1))
