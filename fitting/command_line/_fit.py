@@ -12,6 +12,7 @@ import typer
 from ._environment import set_up
 from ._options import Depth, Footprint, Precision, PrecisionName, Samples, ScenePath
 from ._progress import Progress, safe
+from ._restrictions import AtMost, Colours, Known, Loss, LossName, Priors, TiesGiven
 
 if TYPE_CHECKING:
     from diffwhitted import Scene
@@ -146,6 +147,11 @@ def fit(
     noise: Noise = None,
     start: Start = None,
     bounds: BoundsGiven = None,
+    prior: Priors = None,
+    tie: TiesGiven = None,
+    at_most: AtMost = None,
+    colour: Colours = None,
+    loss: LossName = Loss.square,
     starts: Starts = 1,
     samples: Samples = 1,
     footprint: Footprint = None,
@@ -186,15 +192,16 @@ def fit(
             loaded, target or [], mask or [], camera, noise, note=progress.note, keep_clipped=keep_clipped
         )
         loaded = with_shots(loaded, targets)
-        given_start, given_bounds, true = checked_values(loaded, free, start or [], bounds or [], truth)
+        known = Known.read(start or [], bounds or [], prior or [], tie or [], at_most or [], colour or [])
+        true = known.true_values(loaded, free, truth)
         check_folder(out)
         progress.say("compiling; less to do next time")
         result = run_fit(
             loaded,
             targets,
             free,
-            start=given_start,
-            bounds=given_bounds,
+            **known.options,
+            loss=loss.value,
             starts=starts,
             samples=samples,
             max_depth=depth,
@@ -218,20 +225,6 @@ def fit(
     else:
         print_result(result, true, written)
     return result.exit_code
-
-
-def checked_values(scene: Scene, free: Sequence[str], start: Sequence[str], bounds: Sequence[str], truth: Path | None):
-    """Starts, bounds and true values by name, read and checked before any work is done."""
-    from fitting.problem._free_names import free_parameters
-    from fitting.problem._unknowns import list_unknowns
-
-    from ._named_values import intervals, numbers, true_values
-
-    given_start, given_bounds = numbers("--start", start), intervals("--bounds", bounds)
-    if truth is None:
-        return given_start, given_bounds, None
-    names, _ = free_parameters(scene, free)
-    return given_start, given_bounds, true_values(truth, scene, list_unknowns(scene, names, given_bounds))
 
 
 def saved_into(folder: Path):

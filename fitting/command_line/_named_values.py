@@ -18,12 +18,14 @@ if TYPE_CHECKING:
     from diffwhitted import Scene
 
 
-def numbers(option: str, given: Sequence[str]) -> dict[str, float]:
+def numbers(
+    option: str, given: Sequence[str], allowed: str = "NAME=VALUE, such as glass.k_d=0.3"
+) -> dict[str, float]:
     """From `NAME=VALUE`; raises `InputError` for anything else."""
     return {
-        name: _number(option, text, value, "NAME=VALUE, such as glass.k_d=0.3")
+        name: _number(option, text, value, allowed)
         for text in given
-        for name, value in [_split(option, text, "NAME=VALUE, such as glass.k_d=0.3")]
+        for name, value in [_split(option, text, allowed)]
     }
 
 

@@ -1,8 +1,27 @@
 """Options of a fit that say what is known besides the pictures."""
 
-from typing import Annotated
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from diffwhitted import Scene
+
+
+class Loss(StrEnum):
+    """How much large residuals count."""
+
+    square = "square"
+    huber = "huber"
+    cauchy = "cauchy"
+    tukey = "tukey"
+
 
 Priors = Annotated[
     list[str] | None,
@@ -41,3 +60,50 @@ Colours = Annotated[
         help="Look for three channels where the scene has one number, such as red.k_d. A free channel asks for it too.",
     ),
 ]
+LossName = Annotated[
+    Loss,
+    typer.Option(
+        "--loss",
+        metavar="NAME",
+        help="square, or, where some pixels are not as the model has them, huber, cauchy or tukey: large residuals "
+        "count for less, those of tukey beyond a size for nothing.",
+    ),
+]
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known besides the pictures, by name."""
+
+    options: Mapping[str, Any]
+    """As `fitting.fit` takes it."""
+
+    @staticmethod
+    def read(start: Sequence[str], bounds: Sequence[str], prior, tie, at_most, colour) -> Known:
+        """From the texts of the options, checked before any work is done. Raises `InputError`."""
+        from ._named_values import intervals, numbers, priors, starts, ties
+
+        return Known(
+            {
+                "start": starts("--start", start),
+                "bounds": intervals("--bounds", bounds),
+                "prior": priors("--prior", prior),
+                "ties": ties("--tie", tie),
+                "at_most": numbers("--at-most", at_most, "NAME+NAME=LIMIT, such as mirror.k_s+mirror.k_t=1"),
+                "colour": colour,
+            }
+        )
+
+    def true_values(self, scene: Scene, free: Sequence[str], truth: Path | None) -> dict[str, float] | None:
+        """True values by name, from a file."""
+        if truth is None:
+            return None
+        from fitting.problem._colour import coloured
+        from fitting.problem._free_names import free_parameters
+        from fitting.problem._unknowns import list_unknowns
+
+        from ._named_values import true_values
+
+        scene = coloured(scene, self.options["colour"], free)
+        names, _ = free_parameters(scene, (*free, *self.options["ties"]))
+        return true_values(truth, scene, list_unknowns(scene, names, self.options["bounds"]))
