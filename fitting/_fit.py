@@ -114,6 +114,7 @@ def fit(
         (d.name, d.on, d.why) for d in decide_effects(scene, whole_names(scene, names), max_depth, footprint)
     )
     notes = tuple(f"{name} left as it is: {why}" for name, why in passed_over)
+    notes += tuple(remark for target in targets for remark in target.notes)
     result = outcome(scene, targets, end, first, effects, notes)
     if given.keeps_digits:
         whole = changed(given, shots=scene.shots)

@@ -75,14 +75,36 @@ KeepClipped = Annotated[
     ),
 ]
 Noise = Annotated[
-    float | None,
+    str | None,
     typer.Option(
         "--noise",
-        metavar="SIGMA",
+        metavar="SIGMA|read=R,gain=G|FILE",
         show_default=False,
-        help="Standard deviation of the target's pixels, in linear RGB. Default: estimated from what the fit "
-        "leaves over.",
+        help="Standard deviation of the target's pixels, in linear RGB; or variance = R^2 + G * value; or a picture of "
+        "standard deviations. Default: estimated from what the fit leaves over.",
     ),
+]
+Encoding = Annotated[
+    str | None,
+    typer.Option(
+        "--encoding",
+        metavar="NAME",
+        show_default=False,
+        help="How the numbers of the targets stand for light: linear, srgb, rec709, gamma:2.2. Default: what each file "
+        "says, and of one that says nothing, integers sRGB and floats linear.",
+    ),
+]
+Layer = Annotated[
+    str | None,
+    typer.Option(
+        "--layer",
+        metavar="NAME",
+        show_default=False,
+        help="Layer or part of the target files that is the picture; FILE:NAME says it for one file.",
+    ),
+]
+SkipBadPixels = Annotated[
+    bool, typer.Option("--skip-bad-pixels", help="Leave out pixels that are NaN or infinite, and say how many.")
 ]
 Start = Annotated[
     list[str] | None,
@@ -143,6 +165,9 @@ def fit(
     camera: CameraName = None,
     mask: Masks = None,
     keep_clipped: KeepClipped = False,
+    encoding: Encoding = None,
+    layer: Layer = None,
+    skip_bad_pixels: SkipBadPixels = False,
     noise: Noise = None,
     start: Start = None,
     bounds: BoundsGiven = None,
@@ -183,9 +208,18 @@ def fit(
 
         loaded = load_scene(scene, precision=precision.value)
         targets = read_targets(
-            loaded, target or [], mask or [], camera, noise, note=progress.note, keep_clipped=keep_clipped
+            loaded,
+            target or [],
+            mask or [],
+            camera,
+            noise,
+            note=progress.note,
+            keep_clipped=keep_clipped,
+            skip_bad_pixels=skip_bad_pixels,
+            encoding=encoding,
+            layer=layer,
         )
-        loaded = with_shots(loaded, targets)
+        loaded = with_shots(loaded, targets, progress.note)
         given_start, given_bounds, true = checked_values(loaded, free, start or [], bounds or [], truth)
         check_folder(out)
         progress.say("compiling; less to do next time")
