@@ -137,8 +137,8 @@ PUBLIC = {
     "diffwhitted": """
         Antialiased Bounded COEFFICIENTS Camera CapacityError Checker Choice ConstantBackground Derivative
         DirectionalLight Effects Explanation FarFromOrigin GradientBackground InputError KNOBS Knob Material Measured
-        Plan Parameter Plane PointLight Polygon RayMaps Scene SceneError Settings Sphere antialias choose
-        coefficient_value decide_effects derivative explain load_scene measure parameter_value parameters
+        OrthographicCamera Plan Parameter Plane PointLight Polygon RayMaps Scene SceneError Settings Sphere antialias
+        choose coefficient_value decide_effects derivative explain load_scene measure parameter_value parameters
         parse_scene plan ray_maps read_image render render_with_bound replace_coefficient replace_parameter
         save_scene scene_schema write_image
     """,

@@ -21,6 +21,7 @@ from ..records import Row, changed, is_traced, nearest_name, number_array, rows_
 from ._coefficients import BY_NAME, coefficients
 from ._material import checked
 from ._scene import Scene
+from .cameras import AbstractCamera
 
 SETTINGS = (Row("ambient", "colour", "Ambient light I_a, linear RGB; multiplies k_a.", lowest=0),)
 """The numbers of the table [scene] that have a name."""
@@ -270,4 +271,5 @@ def _check(record, place: str) -> None:
     """Make the record anew, for the checks that concern several of its fields."""
     takes = inspect.signature(type(record).__init__).parameters
     stated = {field.name: getattr(record, field.name) for field in fields(record) if field.name in takes}
-    type(record)(**stated, **({"place": place} if "place" in takes else {}))
+    again: dict[str, Any] = record.keys() if isinstance(record, AbstractCamera) else {}
+    type(record)(**stated | again, **({"place": place} if "place" in takes else {}))

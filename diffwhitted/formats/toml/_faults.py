@@ -35,6 +35,22 @@ ELSEWHERE = {
     "from": "look_from",
     "to": "look_at",
     "target": "look_at",
+    "matrix": "pose",
+    "transform_matrix": "pose",
+    "camera_to_world": "pose",
+    "fx": "focal",
+    "fy": "focal",
+    "fl_x": "focal",
+    "fl_y": "focal",
+    "focal_length": "focal",
+    "cx": "principal_point",
+    "cy": "principal_point",
+    "k1": "distortion",
+    "k2": "distortion",
+    "p1": "distortion",
+    "p2": "distortion",
+    "ortho_scale": "view_height",
+    "projection": "type",
     "fov": "vfov_deg",
     "vfov": "vfov_deg",
     "settings": "scene",
@@ -137,8 +153,8 @@ def _wrong(kind: str, path: list, value, node: dict, document: dict) -> str:
     where, key = _where(path, document)
     if not key and not isinstance(value, dict):
         return f"{where} = {shown(value)}; allowed is a table of keys under [[{path[0]}]]"
-    if "discriminator" in node:
-        kinds = [kind["properties"]["type"]["const"] for kind in node["oneOf"]]
+    kinds = [kind.get("properties", {}).get("type", {}).get("const") for kind in node.get("oneOf", ())]
+    if kinds and all(kinds):
         allowed = f"allowed is {_either([shown(kind) for kind in kinds])}"
         if kind == "union_tag_not_found":
             return f"{where}: type is missing; {allowed}"

@@ -9,10 +9,11 @@ from pydantic import ValidationError
 
 from ..._errors import SceneError
 from ...records import Registry
-from ...scene import BACKGROUNDS, LIGHTS, OBJECTS, TEXTURES, Precision, Scene, float_dtype
+from ...scene import BACKGROUNDS, CAMERAS, LIGHTS, OBJECTS, TEXTURES, Precision, Scene, float_dtype
 from ...scene.backgrounds import ConstantBackground, GradientBackground
+from ._entries import Entry, written
 from ._faults import faults_of, ordinal, place, scene_error, shown
-from ._schema import Entry, GradientTable, models, written
+from ._schema import GradientTable, models
 
 
 def parse_scene(text: str, *, source: str = "scene", precision: Precision = "float32") -> Scene:
@@ -47,7 +48,7 @@ def scene_text(scene: Scene, *, source: str = "scene") -> str:
     tables = models()
     plain = {
         "scene": tables.settings.plain(scene, background=_plain_background(scene.background)),
-        "camera": [tables.camera.plain(camera, name=name) for name, camera in scene.cameras.items()],
+        "camera": [_plain_camera(name, camera) for name, camera in scene.cameras.items()],
         "light": [
             _plain(LIGHTS, tables.light, light, name=None if light.name == f"light_{number}" else light.name)
             for number, light in enumerate(scene.lights, 1)
@@ -159,6 +160,12 @@ def _plain_background(background):
         case GradientBackground(bottom=bottom, top=top):
             return {"gradient": [written(bottom), written(top)]}
     return _plain(BACKGROUNDS, models().background, background)
+
+
+def _plain_camera(name: str, camera) -> dict:
+    """Without a type where it is the default, and with the picture as the file states it."""
+    stated = {"type": None} if camera.written_type() == next(iter(CAMERAS)).TYPE else {}
+    return _plain(CAMERAS, models().camera, camera, name=name, **stated, **camera.keys())
 
 
 def _plain(registry: Registry, entries: Mapping[str, type[Entry]], record, **stated) -> dict:

@@ -6,19 +6,17 @@ whether a value is allowed is for the records to say, and the limits here serve 
 """
 
 import functools
-from typing import Annotated, Any, ClassVar, Literal, get_args
+from typing import Annotated, Any
 
-import numpy as np
 from pydantic import BaseModel, Discriminator, Field, Tag, create_model
 
-from ..._errors import SceneError
-from ...records import Registry, Row, shortest
+from ...records import Row
 from ...scene import (
     BACKGROUNDS,
+    CAMERAS,
     LIGHTS,
     OBJECTS,
     TEXTURES,
-    Camera,
     HighlightModel,
     Material,
     ShadowModel,
@@ -26,89 +24,15 @@ from ...scene import (
     coefficients,
     textured_rows,
 )
-from ._keys import KEYS, Colour, MaterialName, Name, ObjectName, Pixels, key, listed, number, optional
-
-
-def written(array):
-    """Python numbers, as short as the precision of the array allows, that read back to the same bits."""
-    array = np.asarray(array)
-    if array.ndim:
-        return [written(part) for part in array]
-    one = array[()]
-    short = shortest(one)
-    return short if array.dtype.type(short) == one else float(one)
-
-
-class Entry(BaseModel):
-    """One table of the file; `made` is the record that it stands for."""
-
-    model_config = KEYS
-    made: ClassVar[type]
-    takes_name: ClassVar[bool] = False
-    """The record holds its own name."""
-
-    def record(self, place: str, dtype):
-        """The record, its arrays of `dtype`; raises `SceneError`, which begins with `place`."""
-        left_out = {"type"} if self.takes_name else {"type", "name"}
-        fields = [field for field in type(self).model_fields if field not in left_out]
-        return self.made(
-            place=place,
-            **{field: self.value(field, place, dtype) for field in fields if getattr(self, field) is not None},
-        )
-
-    def value(self, field: str, place: str, dtype):
-        """The value of a field: numbers as an array, text and counts as they are."""
-        value = getattr(self, field)
-        if not isinstance(value, (float, list)):
-            return value
-        with np.errstate(over="ignore"):
-            array = np.asarray(value, dtype)
-        if not np.isfinite(array).all():
-            largest = np.ravel(value)[np.abs(value).argmax()]
-            raise SceneError(
-                f"{place}: {field} = {largest:g} is too large for {dtype.name}; allowed is up to "
-                f"{np.finfo(dtype).max:.3g}. Write the scene in a larger unit, or read it as float64"
-            )
-        # With all the digits of the file: the scene decides on the precision.
-        return np.asarray(value, np.float64)
-
-    @classmethod
-    def plain(cls, record, **stated) -> dict:
-        """The table for a record, as Python numbers and text; `stated` are the keys that it does not hold."""
-        if "type" in cls.model_fields:
-            stated = {"type": get_args(cls.model_fields["type"].annotation)[0]} | stated
-        held = {field: getattr(record, field, None) for field in cls.model_fields if field not in stated}
-        values = stated | {
-            field: value if isinstance(value, (str, int)) else written(value)
-            for field, value in held.items()
-            if value is not None
-        }
-        return {field: values[field] for field in cls.model_fields if values.get(field) is not None}
+from ._cameras import cameras, one_camera
+from ._entries import Entry, entries, entry
+from ._keys import KEYS, Colour, MaterialName, Name, ObjectName, key, listed, number, optional
 
 
 class GradientTable(Entry):
     """A background that changes with the height of the direction."""
 
     gradient: listed(Colour, 2, 2) = Field(description="Linear RGB straight down, then straight up.")
-
-
-def _entry(table: str, kind, rows: tuple[Row, ...], takes_name: bool = False, **keys) -> type[Entry]:
-    """The model of the table of a kind."""
-    first = {name: keys.pop(name) for name in ("name", "type") if name in keys}
-    fields: dict[str, Any] = first | {row.name: key(row) for row in rows} | keys
-    meaning = (kind.__doc__ or "").strip().split("\n\n")[0].replace("\n    ", " ")
-    made = create_model(f"{table.capitalize()}Entry", __base__=Entry, __doc__=meaning, **fields)
-    made.made, made.takes_name = kind, takes_name
-    return made
-
-
-def _entries(registry: Registry, takes_name: bool, **keys) -> dict[str, type[Entry]]:
-    """The models of a family, by the type that a file states."""
-    return {
-        name: _entry(name, kind, rows, takes_name, **keys, type=(Literal[name], ...))
-        for kind in registry
-        for name, rows in {kind.TYPE: kind.ROWS, **kind.ALSO}.items()
-    }
 
 
 def _one_of(entries: dict[str, type[Entry]]):
@@ -141,21 +65,14 @@ class FileModels:
 
     def __init__(self):
         named = {"name": (ObjectName, ...), "material": (MaterialName, ...)}
-        self.object = _entries(OBJECTS, True, **named)
-        self.light = _entries(
+        self.object = entries(OBJECTS, True, **named)
+        self.light = entries(
             LIGHTS, True, name=(str, optional("Name of the light, one of a kind; light_1, ... by default."))
         )
-        self.texture = _entries(TEXTURES, False, name=(Name, Field(description="Name of the texture, one of a kind.")))
-        self.background = {name: entry for name, entry in _entries(BACKGROUNDS, False).items() if not entry.made.SHORT}
-        self.camera = _entry(
-            "camera",
-            Camera,
-            Camera.ROWS,
-            name=(Name, Field("main", description="Name of the camera, one of a kind.")),
-            width=(Pixels, Field(description="Columns of the picture.")),
-            height=(Pixels, Field(description="Rows of the picture.")),
-        )
-        self.material = _entry(
+        self.texture = entries(TEXTURES, False, name=(Name, Field(description="Name of the texture, one of a kind.")))
+        self.background = {name: entry for name, entry in entries(BACKGROUNDS, False).items() if not entry.made.SHORT}
+        self.camera = cameras()
+        self.material = entry(
             "material",
             Material,
             (),
@@ -177,7 +94,7 @@ class FileModels:
     def _file(self) -> type[BaseModel]:
         """The whole file."""
         tables = {
-            "camera": (self.camera, "Points of view."),
+            "camera": (one_camera(self.camera), "Points of view."),
             "light": (_one_of(self.light), "Sources of light."),
             "texture": (_one_of(self.texture), "Patterns that multiply a coefficient."),
             "material": (self.material, "What objects are made of."),
@@ -224,7 +141,7 @@ _made: dict[tuple, FileModels] = {}
 
 def models() -> FileModels:
     """The models for what is registered now; made once for each such set."""
-    registered = (*OBJECTS, *LIGHTS, *TEXTURES, *BACKGROUNDS, *coefficients())
+    registered = (*OBJECTS, *LIGHTS, *TEXTURES, *BACKGROUNDS, *CAMERAS, *coefficients())
     if registered not in _made:
         _made.clear()
         _made[registered] = FileModels()

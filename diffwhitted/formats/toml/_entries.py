@@ -1,0 +1,88 @@
+"""Tables of a scene file as models, read into records and written from them."""
+
+from typing import Any, ClassVar, Literal, get_args
+
+import numpy as np
+from pydantic import BaseModel, create_model
+
+from ..._errors import SceneError
+from ...records import Registry, Row, shortest
+from ._keys import KEYS, key
+
+
+def written(array):
+    """Python numbers, as short as the precision of the array allows, that read back to the same bits."""
+    array = np.asarray(array)
+    if array.ndim:
+        return [written(part) for part in array]
+    one = array[()]
+    short = shortest(one)
+    return short if array.dtype.type(short) == one else float(one)
+
+
+class Entry(BaseModel):
+    """One table of the file; `made` is the record that it stands for."""
+
+    model_config = KEYS
+    made: ClassVar[type]
+    takes_name: ClassVar[bool] = False
+    """The record holds its own name."""
+
+    def record(self, place: str, dtype):
+        """The record, its arrays of `dtype`; raises `SceneError`, which begins with `place`."""
+        left_out = {"type"} if self.takes_name else {"type", "name"}
+        fields = [field for field in type(self).model_fields if field not in left_out]
+        return self.made(
+            place=place,
+            **{field: self.value(field, place, dtype) for field in fields if getattr(self, field) is not None},
+        )
+
+    def value(self, field: str, place: str, dtype):
+        """The value of a field: numbers as an array, text and counts as they are."""
+        value = getattr(self, field)
+        if not isinstance(value, (float, list)):
+            return value
+        with np.errstate(over="ignore"):
+            array = np.asarray(value, dtype)
+        if not np.isfinite(array).all():
+            largest = np.ravel(value)[np.abs(value).argmax()]
+            raise SceneError(
+                f"{place}: {field} = {largest:g} is too large for {dtype.name}; allowed is up to "
+                f"{np.finfo(dtype).max:.3g}. Write the scene in a larger unit, or read it as float64"
+            )
+        # With all the digits of the file: the scene decides on the precision.
+        return np.asarray(value, np.float64)
+
+    @classmethod
+    def plain(cls, record, **stated) -> dict:
+        """The table for a record, as Python numbers and text; `stated` are the keys that it does not hold."""
+        if "type" in cls.model_fields:
+            stated = {"type": get_args(cls.model_fields["type"].annotation)[0]} | stated
+        held = {field: getattr(record, field, None) for field in cls.model_fields if field not in stated}
+        values = stated | {
+            field: value if isinstance(value, (str, int)) else written(value)
+            for field, value in held.items()
+            if value is not None
+        }
+        return {field: values[field] for field in cls.model_fields if values.get(field) is not None}
+
+
+def entry(
+    table: str, kind, rows: tuple[Row, ...], takes_name: bool = False, base: type[Entry] = Entry, **keys
+) -> type[Entry]:
+    """The model of the table of a kind."""
+    first = {name: keys.pop(name) for name in ("name", "type") if name in keys}
+    fields: dict[str, Any] = first | {row.name: key(row) for row in rows} | keys
+    meaning = (kind.__doc__ or "").strip().split("\n\n")[0].replace("\n    ", " ")
+    made = create_model(f"{table.capitalize()}Entry", __base__=base, __doc__=meaning, **fields)
+    made.made, made.takes_name = kind, takes_name
+    return made
+
+
+def entries(registry: Registry, takes_name: bool, default: str | None = None, **keys) -> dict[str, type[Entry]]:
+    """The models of a family, by the type that a file states, or that it need not state."""
+    return {
+        name: entry(name, kind, rows, takes_name, **keys, type=(Literal[name], name if name == default else ...))
+        for kind in registry
+        for name, rows in {kind.TYPE: kind.ROWS, **kind.ALSO}.items()
+    }
