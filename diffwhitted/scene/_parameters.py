@@ -269,7 +269,9 @@ def _no_material(scene: Scene, name: str) -> Any:
 
 def _check(record, place: str) -> None:
     """Make the record anew, for the checks that concern several of its fields."""
-    takes = inspect.signature(type(record).__init__).parameters
+    kind: Any = type(record)
+    takes = inspect.signature(kind.__init__).parameters
     stated = {field.name: getattr(record, field.name) for field in fields(record) if field.name in takes}
-    again: dict[str, Any] = record.keys() if isinstance(record, AbstractCamera) else {}
-    type(record)(**stated | again, **({"place": place} if "place" in takes else {}))
+    if isinstance(record, AbstractCamera):
+        stated |= record.keys()
+    kind(**stated, **({"place": place} if "place" in takes else {}))

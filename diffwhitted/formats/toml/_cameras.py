@@ -29,8 +29,8 @@ def cameras() -> dict[str, type[Entry]]:
         name=(Name, Field("main", description="Name of the camera, one of a kind.")),
         width=(Pixels, Field(description="Columns of the full picture.")),
         height=(Pixels, Field(description="Rows of the full picture.")),
-        look_from=(Vector, optional(view["look_from"].meaning)),
-        look_at=(Vector, optional(view["look_at"].meaning)),
+        look_from=(Vector, optional(f"{view['look_from'].meaning} Needed without a pose.")),
+        look_at=(Vector, optional(f"{view['look_at'].meaning} Needed without a pose.")),
         up=(Vector, optional(view["up"].meaning, default=list(view["up"].default))),
         pose=(
             listed(listed(number(), 4, 4), 4, 4),

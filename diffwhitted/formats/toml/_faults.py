@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from pydantic import ValidationError
 
 from ..._errors import SceneError
-from ._schema import models, scene_schema
+from ._schema import scene_schema
 
 ELSEWHERE = {
     "center": "centre",
@@ -146,6 +146,10 @@ def _resolved(node: dict, schema: dict) -> dict:
 
 
 def _wrong(kind: str, path: list, value, node: dict, document: dict) -> str:
+    if len(path) == 1 and node["type"] == "string":
+        table = path[0].removesuffix("s")
+        guess = f" Did you mean [[{table}]]?" if isinstance(value, (dict, list)) else ""
+        return f"{path[0]} = {shown(value)}; allowed is {_phrase(node)}, the path of a file or folder.{guess}"
     if len(path) == 1 and path[0] != "scene":
         return f"{path[0]} = {shown(value)}; allowed is a table [[{path[0]}]] in double brackets, once for each"
     if path == ["scene"]:
@@ -182,13 +186,17 @@ def _advice(kind: str, value, node: dict) -> str:
 
 
 def _unknown_key(path: list, value, likely: str | None, node: dict, document: dict) -> str:
-    tables = {key: f"[{key}]" if key == "scene" else f"[[{key}]]" for key in models().file.model_fields}
+    known = scene_schema()["properties"]
+    alone = [key for key, node in known.items() if node.get("type") == "string"]
+    tables = {key: f"[{key}]" if key == "scene" else f"[[{key}]]" for key in known if key not in alone}
     if len(path) == 1:
-        guess = f" Did you mean {tables[likely]}?" if likely else ""
+        guess = f" Did you mean {tables.get(likely, likely)}?" if likely else ""
         if not isinstance(value, (dict, list)):
             return f"{path[0]} = {shown(value)} is in no table.{guess} Allowed are {', '.join(tables.values())}"
         return f"unknown table [{path[0]}].{guess} Allowed are {', '.join(tables.values())}"
     guess = f" Did you mean {shown(likely)}?" if likely else ""
+    if path[-1] in alone:
+        guess = f" Write {path[-1]} above the first table of the file."
     where, key = _where(path, document)
     return f"{where}: unknown key {key} = {shown(value)}.{guess} Allowed are {', '.join(node['properties'])}"
 

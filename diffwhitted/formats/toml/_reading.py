@@ -3,6 +3,7 @@
 import re
 import tomllib
 from collections.abc import Mapping
+from pathlib import Path
 
 import tomlkit
 from pydantic import ValidationError
@@ -11,6 +12,7 @@ from ..._errors import SceneError
 from ...records import Registry
 from ...scene import BACKGROUNDS, CAMERAS, LIGHTS, OBJECTS, TEXTURES, Precision, Scene, float_dtype
 from ...scene.backgrounds import ConstantBackground, GradientBackground
+from ..cameras import read_cameras
 from ._entries import Entry, written
 from ._faults import faults_of, ordinal, place, scene_error, shown
 from ._schema import GradientTable, models
@@ -108,10 +110,23 @@ def _scene(file, dtype, source: str) -> Scene:
     def named(table: str) -> dict:
         return dict(zip((entry.name for entry in getattr(file, table)), records(table), strict=False))
 
+    def measured() -> dict:
+        """The cameras of another program, whose path is relative to the file."""
+        if file.cameras is None:
+            return {}
+        try:
+            found = read_cameras(Path(source).parent / file.cameras)
+        except SceneError as error:
+            faults.append(f"cameras = {shown(file.cameras)}: {error}")
+            return {}
+        for name in {entry.name for entry in file.camera} & set(found):
+            faults.append(f"camera {shown(name)}: a [[camera]] and one of cameras have this name; rename it")
+        return found
+
     for table in ("camera", "texture", "material", "object"):
         faults += _repeated(table, [entry.name for entry in getattr(file, table)])
     stated = dict(
-        cameras=named("camera"),
+        cameras=named("camera") | measured(),
         lights=records("light"),
         textures=named("texture"),
         materials=named("material"),

@@ -104,6 +104,10 @@ class FileModels:
             "scene": (self.settings, Field(self.settings(), description="Settings of the whole scene."))
         }
         fields |= {name: (list[entry], Field([], description=text)) for name, (entry, text) in tables.items()}
+        fields["cameras"] = (
+            str,
+            optional("Path from this file to cameras of another program: a folder of COLMAP, or a transforms.json."),
+        )
         doc = "A scene for diffwhitted. Right-handed, y up; metres, degrees, linear Rec. 709 RGB."
         return create_model("SceneFile", __doc__=doc, __config__=KEYS, **fields)
 
