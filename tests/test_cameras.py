@@ -137,6 +137,7 @@ def test_the_picture_of_a_crop_is_that_part_of_the_picture():
 # Parallel rays.
 
 
+@pytest.mark.slow
 def test_parallel_rays_show_a_ball_in_its_size_at_any_distance():
     """Diameter 1.2 of 2 metres is 0.6 of the rows; its area is pi 0.6^2, to the accuracy of filtered edges."""
     camera = dw.OrthographicCamera((0, 0, 50), (0, 0, 0), 2.0, 32, 24)
@@ -210,47 +211,34 @@ def test_far_from_the_origin_a_camera_sees_what_it_sees_here(kind):
     np.testing.assert_allclose(there.direction.stacked(), here.direction.stacked(), atol=2e-6)
 
 
-NUMBERS = [
-    ("focal", "focal"),
-    ("focal", "principal_point"),
-    ("bent", "distortion"),
-    ("bent", "focal"),
-    ("bent", "look_from"),
-    ("parallel", "view_height"),
-    ("parallel", "principal_point"),
-    ("parallel", "look_from"),
-    ("parallel", "look_at"),
-    ("parallel", "up"),
-]
-
-
-@pytest.mark.parametrize("kind, name", NUMBERS)
-def test_rays_and_footprints_are_differentiated(kind, name):
-    """Against central differences; forward against reverse."""
+@pytest.mark.parametrize("kind", ["focal", "bent", "parallel"])
+def test_rays_and_footprints_are_differentiated(kind):
+    """In all numbers of a camera at once: against a central difference, and forward against reverse."""
     camera = live(KINDS[kind](**SIZE))
     column, row = jnp.asarray([0.0, 3.0, 20.5, 79.0]), jnp.asarray([0.0, 59.0, 30.5, 30.0])
-    value = jnp.asarray(getattr(camera, name))
-    tangent = jnp.asarray(np.random.default_rng(1).normal(size=value.shape))
+    random = np.random.default_rng(1)
+    way = jax.tree.map(lambda number: jnp.asarray(random.normal(size=number.shape)), camera)
 
-    def seen(value):
-        other = eqx.tree_at(lambda c: getattr(c, name), camera, value)
-        footprint = other.footprint(column, row, jnp.asarray(1.0))
-        leaves = jax.tree.leaves((other.rays(column, row), footprint.across, footprint.down))
+    def seen(camera):
+        footprint = camera.footprint(column, row, jnp.asarray(1.0))
+        leaves = jax.tree.leaves((camera.rays(column, row), footprint.across, footprint.down))
         return jnp.stack(jnp.broadcast_arrays(*leaves))
 
-    def derivatives(value):
-        step = 1e-6
-        central = (seen(value + step * tangent) - seen(value - step * tangent)) / (2 * step)
-        _, forward = jax.jvp(seen, (value,), (tangent,))
-        weights = jnp.cos(jnp.arange(forward.size, dtype=float)).reshape(forward.shape)
-        reverse = jax.vjp(seen, value)[1](weights)[0]
-        return central, forward, (reverse * tangent).sum(), (weights * forward).sum()
+    def derivatives(camera):
+        def moved(by):
+            return seen(jax.tree.map(lambda number, along: number + by * along, camera, way))
 
-    central, forward, back, along = jax.jit(derivatives, compiler_options=SOON_COMPILED)(value)
-    size = float(jnp.abs(central).max())
-    assert size > 1e-4
-    np.testing.assert_allclose(forward, central, atol=1e-7 * max(size, 1))
-    np.testing.assert_allclose(back, along, rtol=1e-9)
+        central = (moved(1e-6) - moved(-1e-6)) / 2e-6
+        _, forward = jax.jvp(seen, (camera,), (way,))
+        weights = jnp.cos(jnp.arange(forward.size, dtype=float)).reshape(forward.shape)
+        back = jax.vjp(seen, camera)[1](weights)[0]
+        parts = jax.tree.map(lambda slope, along: (slope * along).sum(), back, way)
+        return central, forward, back, sum(jax.tree.leaves(parts)), (weights * forward).sum()
+
+    central, forward, back, one, other = jax.jit(derivatives, compiler_options=SOON_COMPILED)(camera)
+    assert all(np.abs(slope).max() > 1e-4 for slope in jax.tree.leaves(back))
+    np.testing.assert_allclose(forward, central, atol=1e-8 * float(jnp.abs(central).max()))
+    np.testing.assert_allclose(one, other, rtol=1e-9)
 
 
 def test_the_numbers_of_a_camera_have_names():

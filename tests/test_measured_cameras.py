@@ -5,6 +5,8 @@ COLMAP's pose is from world to camera, x_camera = R x_world + t, with R of a qua
 
 import json
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -26,6 +28,12 @@ LENSES = {
     "4": ((70, 70), (40, 30), (-0.1, 0.02, 0, 0)),
     "5": ((70, 71), (41, 29), (-0.1, 0.02, 0.003, -0.004)),
 }
+
+
+def ways(camera, column, row) -> np.ndarray:
+    """Directions of the rays through places of the picture, (n, 3)."""
+    live = jax.tree.map(jnp.asarray, camera)
+    return np.asarray(live.rays(jnp.asarray(column), jnp.asarray(row)).direction.stacked())
 
 
 def image_line(number, camera, name) -> str:
@@ -59,7 +67,7 @@ def test_the_cameras_of_colmap_see_points_where_it_projects_them(sparse):
             across = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
             down = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
             column, row = (np.asarray([f * b + c]) for f, b, c in zip(focal, (across, down), middle, strict=True))
-            way = np.asarray(camera.rays(column, row).direction.stacked())[0]
+            way = ways(camera, column, row)[0]
             to_point = point - np.asarray(camera.look_from)
             np.testing.assert_allclose(way, to_point / np.linalg.norm(to_point), atol=1e-9)
 
@@ -89,9 +97,9 @@ def test_an_angle_across_is_a_focal_length(tmp_path):
     np.testing.assert_allclose(camera.look_from, SHIFT)
     # The middle of the picture looks along -z of the pose, its right side is +x and its top +y.
     rotation = Rotation.from_quat(np.roll(QUATERNION, -1)).as_matrix()
-    ways = np.asarray(camera.rays(np.asarray([40.0, 41.0, 40.0]), np.asarray([30.0, 30.0, 29.0])).direction.stacked())
-    np.testing.assert_allclose(ways[0], -rotation[:, 2], atol=1e-9)
-    assert (ways[1] - ways[0]) @ rotation[:, 0] > 0.01 and (ways[2] - ways[0]) @ rotation[:, 1] > 0.01
+    middle, beside, above = ways(camera, [40.0, 41.0, 40.0], [30.0, 30.0, 29.0])
+    np.testing.assert_allclose(middle, -rotation[:, 2], atol=1e-9)
+    assert (beside - middle) @ rotation[:, 0] > 0.01 and (above - middle) @ rotation[:, 1] > 0.01
 
 
 def test_what_a_frame_says_goes_before_what_the_file_says(tmp_path):

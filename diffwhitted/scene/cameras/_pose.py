@@ -22,14 +22,14 @@ def view_of(pose, convention: str, place: str, far: float):
         guess = nearest_name(convention, AXES) if isinstance(convention, str) else ""
         raise SceneError(f"{place}: convention = {convention!r}; allowed is {known}.{guess}")
     matrix = number_array(pose, place, "pose", ((4, 4),))
+    look_from, away = matrix[:3, 3], 1.0
     if not is_traced(matrix):
         matrix = np.asarray(matrix, np.float64)
         _check(matrix, place)
+        distance = float(abs(look_from).max())
+        away = max(1.0, distance) if distance <= far else 1.0
     # Plus 0: no zero keeps a sign.
     ahead, up = (sign * matrix[:3, axis] + 0.0 for sign, axis in zip(AXES[convention], (2, 1), strict=True))
-    look_from, away = matrix[:3, 3], 1.0
-    if not is_traced(matrix) and abs(look_from).max() <= far:
-        away = max(1.0, float(abs(look_from).max()))
     return look_from, look_from + away * ahead, up
 
 
