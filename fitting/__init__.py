@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ._errors import FitError
     from ._fit import fit
-    from ._result import FitResult, FitStage, FitStep, FittedCoefficient, FitView
+    from ._result import FitResult, FitStage, FitStep, FittedCoefficient, FitView, WildPixel
     from .comparing._tradeoff import Tradeoff, tradeoff
     from .comparing._tradeoff_plot import tradeoff_figure
     from .problem._target import Target
@@ -20,6 +20,7 @@ __all__ = [
     "FittedCoefficient",
     "Target",
     "Tradeoff",
+    "WildPixel",
     "fit",
     "tradeoff",
     "tradeoff_figure",
@@ -34,6 +35,7 @@ _HOMES = {
     "FittedCoefficient": "_result",
     "Target": "problem._target",
     "Tradeoff": "comparing._tradeoff",
+    "WildPixel": "_result",
     "fit": "_fit",
     "tradeoff": "comparing._tradeoff",
     "tradeoff_figure": "comparing._tradeoff_plot",

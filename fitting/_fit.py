@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from diffwhitted._errors import FarFromOrigin
+from diffwhitted.image import gathered
 from diffwhitted.records import changed
 from diffwhitted.scene import Scene, depth_number, is_traced, near, whole_number
 from diffwhitted.tree import decide_effects, points_only, trees_or_points
@@ -17,8 +18,9 @@ from diffwhitted.tree import decide_effects, points_only, trees_or_points
 from ._errors import FitError
 from ._outcome import outcome, with_runs
 from ._restricted import restricted
-from ._result import FitResult, FitStep
+from ._result import FitResult, FitStep, WildPixel
 from .judging._grey import grey_note, grey_only
+from .judging._wild import wild_note, wild_pixels
 from .problem._bounds import Bounds
 from .problem._build import build
 from .problem._colour import coloured
@@ -29,7 +31,8 @@ from .problem._sought import Wishes, sought
 from .problem._sums import require_start
 from .problem._target import CheckedTarget, as_targets
 from .problem._unknowns import Unknown, insert, start_values
-from .solving._settling import settle
+from .solving._robust import LOSSES
+from .solving._settling import Settled, settle
 from .solving._solve import compile_solver
 
 
@@ -44,6 +47,7 @@ def fit(
     ties: Mapping[str, str | tuple[float, str]] | None = None,
     at_most: Mapping[str, float] | None = None,
     colour: Sequence[str] = (),
+    loss: str = "square",
     starts: int = 1,
     samples: int = 1,
     max_depth: int | None = None,
@@ -71,6 +75,8 @@ def fit(
     - `at_most`: {"mirror.k_s+mirror.k_t": 1}: the most that a sum may come to; of colours, in each channel.
     - `colour`: names of coefficients that are one number in the scene and are looked for as three. A free channel,
       such as "red.k_d.r", asks for it too.
+    - `loss`: "square", or, where some pixels are not as the model has them, "huber", "cauchy" or "tukey": large
+      residuals count for less. A few wild pixels that carry nearly all that is left over are left out in any case.
     - `starts`: how many starting points to try: the one above, the middle of the bounds, then a Sobol
       sequence over the bounds. The best end is returned.
     - `samples`: n x n rays a pixel.
@@ -95,6 +101,8 @@ def fit(
         for name, value in (("starts", starts), ("samples", samples), ("max_steps", max_steps))
     )
     max_depth = depth_number(max_depth)
+    if loss not in (known := ("square", *LOSSES)):
+        raise FitError(f"loss = {loss!r}; allowed is {', '.join(known)}")
     scene = coloured(scene, colour, free)
     targets, given = as_targets(scene, targets if targets is not None else shots_of(scene)), scene
     scene = _near_the_first(changed(scene, shots=tuple(target.shot for target in targets)), targets)
@@ -126,6 +134,7 @@ def fit(
                 max_steps=max_steps,
                 coarse_to_fine=coarse_to_fine,
                 on_step=on_step,
+                loss=loss,
             )
         )
         if ends[-1].solution.interrupted:
@@ -137,13 +146,25 @@ def fit(
     )
     notes = grey_note(grey_only(scene, problem, targets, best.values))
     notes += tuple(f"{name} left as it is: {why}" for name, why in passed_over)
-    result = restricted(outcome(scene, targets, end, first, effects, notes), scene, wanted)
+    notes += tuple(remark for target in targets for remark in target.notes)
+    wild = _wild(targets, end)
+    notes = (*wild_note(wild, len(targets) > 1), *notes)
+    result = restricted(outcome(scene, end.targets, end, first, effects, notes), scene, wanted)
     if given.keeps_digits:
         whole = changed(given, shots=scene.shots)
         result = replace(result, scene=insert(whole, unknowns, (wanted.matrix @ best.values).astype(given.dtype)))
     if not given.shots and not any(u.parameter.family == "shot" for u in unknowns):
         result = replace(result, scene=changed(result.scene, shots=()))
+    result = replace(result, wild=wild, loss=loss)
     return with_runs(result, [end.solution for end in ends], seconds_compile)
+
+
+def _wild(targets: tuple[CheckedTarget, ...], end: Settled) -> tuple[WildPixel, ...]:
+    """The wild pixels of the targets as they were given."""
+    left_out = [(t.mask > 0) & (used.mask == 0) for t, used in zip(targets, end.targets, strict=True)]
+    films = zip(end.solution.films, targets, strict=True)
+    pictures = [np.asarray(gathered(film, *t.mask.shape), np.float64) for film, t in films]
+    return wild_pixels(targets, left_out, pictures, float(jnp.finfo(end.problem.scene.dtype).eps))
 
 
 def _require_no_places(unknowns) -> None:

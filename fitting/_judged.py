@@ -89,7 +89,7 @@ def judged(scene: Scene, targets: Sequence[CheckedTarget], end: Settled) -> Judg
     if rounding:
         return found
     # Where pixels are whole numbers, the cells of their codes say more than their middles.
-    other = held.any or end.problem.priors is not None or any(u.sums for u in unknowns)
+    other = held.any or end.problem.priors is not None or any(u.sums for u in unknowns) or weighing.robust
     codes = None if best.interrupted or end.problem.moves or other else by_codes(
         end.problem, targets, best.values, best.films, known.standard_error, weighing.deviations
     )  # fmt: skip

@@ -134,6 +134,24 @@ class FitStep:
 
 
 @dataclass(frozen=True)
+class WildPixel:
+    """A pixel that is further off than what the others show allows.
+
+    - `target`: its name; `row`, `column`: from 0, row 0 on top.
+    - `residual`: render - target of its worst channel, linear RGB.
+    - `deviations`: how many robust standard deviations of the others that is, beyond what the render varies by there.
+    - `left_out`: the fit does not use it, since a few such pixels carried nearly all that was left over.
+    """
+
+    target: str
+    row: int
+    column: int
+    residual: float
+    deviations: float
+    left_out: bool
+
+
+@dataclass(frozen=True)
 class FitStage:
     """A stretch of a fit that looked at the targets in one way.
 
@@ -194,6 +212,8 @@ class FitResult:
       that does to a coefficient is many times what noise would do; `at_rounding_level`: it is no more than
       arithmetic and solver leave over.
     - `sampling`: "points" (one in the middle of each pixel) or "pixel" (the target averages over the area of each).
+    - `wild`: a `WildPixel` for each that is further off than what the others show allows, the worst first.
+    - `loss`: how much large residuals counted.
     - `steps`, `history`: how many steps the solver took, and one `FitStep` for each; `stages`: one `FitStage` for
       each way in which it looked at the targets, from coarse to fine.
     - `seconds_compile`, `seconds_solve`: wall-clock seconds.
@@ -225,6 +245,8 @@ class FitResult:
     at_rounding_level: bool = False
     stages: tuple[FitStage, ...] = ()
     sampling: str = "points"
+    wild: tuple[WildPixel, ...] = ()
+    loss: str = "square"
 
     def __post_init__(self) -> None:
         if self.status not in get_args(Status):
@@ -267,6 +289,18 @@ class FitResult:
             "misfit": bool(self.misfit),
             "at_rounding_level": bool(self.at_rounding_level),
             "sampling": self.sampling,
+            "loss": self.loss,
+            "wild": [
+                {
+                    "target": p.target,
+                    "row": p.row,
+                    "column": p.column,
+                    "residual": _finite(p.residual),
+                    "deviations": _finite(p.deviations),
+                    "left_out": p.left_out,
+                }
+                for p in self.wild
+            ],
             "steps": int(self.steps),
             "starts_tried": int(self.starts_tried),
             "seconds": {"compile": _finite(self.seconds_compile), "solve": _finite(self.seconds_solve)},

@@ -76,14 +76,36 @@ KeepClipped = Annotated[
     ),
 ]
 Noise = Annotated[
-    float | None,
+    str | None,
     typer.Option(
         "--noise",
-        metavar="SIGMA",
+        metavar="SIGMA|read=R,gain=G|FILE",
         show_default=False,
-        help="Standard deviation of the target's pixels, in linear RGB. Default: estimated from what the fit "
-        "leaves over.",
+        help="Standard deviation of the target's pixels, in linear RGB; or variance = R^2 + G * value; or a picture of "
+        "standard deviations. Default: estimated from what the fit leaves over.",
     ),
+]
+Encoding = Annotated[
+    str | None,
+    typer.Option(
+        "--encoding",
+        metavar="NAME",
+        show_default=False,
+        help="How the numbers of the targets stand for light: linear, srgb, rec709, gamma:2.2. Default: what each file "
+        "says, and of one that says nothing, integers sRGB and floats linear.",
+    ),
+]
+Layer = Annotated[
+    str | None,
+    typer.Option(
+        "--layer",
+        metavar="NAME",
+        show_default=False,
+        help="Layer or part of the target files that is the picture; FILE:NAME says it for one file.",
+    ),
+]
+SkipBadPixels = Annotated[
+    bool, typer.Option("--skip-bad-pixels", help="Leave out pixels that are NaN or infinite, and say how many.")
 ]
 Start = Annotated[
     list[str] | None,
@@ -144,6 +166,9 @@ def fit(
     camera: CameraName = None,
     mask: Masks = None,
     keep_clipped: KeepClipped = False,
+    encoding: Encoding = None,
+    layer: Layer = None,
+    skip_bad_pixels: SkipBadPixels = False,
     noise: Noise = None,
     start: Start = None,
     bounds: BoundsGiven = None,
@@ -189,9 +214,18 @@ def fit(
 
         loaded = load_scene(scene, precision=precision.value)
         targets = read_targets(
-            loaded, target or [], mask or [], camera, noise, note=progress.note, keep_clipped=keep_clipped
+            loaded,
+            target or [],
+            mask or [],
+            camera,
+            noise,
+            note=progress.note,
+            keep_clipped=keep_clipped,
+            skip_bad_pixels=skip_bad_pixels,
+            encoding=encoding,
+            layer=layer,
         )
-        loaded = with_shots(loaded, targets)
+        loaded = with_shots(loaded, targets, progress.note)
         known = Known.read(start or [], bounds or [], prior or [], tie or [], at_most or [], colour or [])
         true = known.true_values(loaded, free, truth)
         check_folder(out)

@@ -18,14 +18,10 @@ if TYPE_CHECKING:
     from diffwhitted import Scene
 
 
-def numbers(
-    option: str, given: Sequence[str], allowed: str = "NAME=VALUE, such as glass.k_d=0.3"
-) -> dict[str, float]:
+def numbers(option: str, given: Sequence[str], allowed: str = "NAME=VALUE, such as glass.k_d=0.3") -> dict[str, float]:
     """From `NAME=VALUE`; raises `InputError` for anything else."""
     return {
-        name: _number(option, text, value, allowed)
-        for text in given
-        for name, value in [_split(option, text, allowed)]
+        name: _number(option, text, value, allowed) for text in given for name, value in [_split(option, text, allowed)]
     }
 
 

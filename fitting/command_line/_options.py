@@ -11,7 +11,8 @@ import typer
 from typer.core import TyperCommand
 
 if TYPE_CHECKING:
-    from diffwhitted import Camera, Scene
+    from diffwhitted import Scene
+    from diffwhitted.scene import AbstractCamera
 
 
 class Precision(StrEnum):
@@ -155,7 +156,7 @@ def spread(parameters: Sequence[Any], arguments: list[str]) -> list[str]:
     return written
 
 
-def chosen_camera(scene: Scene, name: str | None) -> tuple[str, Camera]:
+def chosen_camera(scene: Scene, name: str | None) -> tuple[str, AbstractCamera]:
     """The camera of that name; without a name "main", or the only one. Raises `InputError` for any other."""
     from diffwhitted import InputError
     from diffwhitted.scene import nearest_name
@@ -176,7 +177,7 @@ def chosen_camera(scene: Scene, name: str | None) -> tuple[str, Camera]:
     return name, scene.cameras[name]
 
 
-def with_camera(scene: Scene, name: str, camera: Camera) -> Scene:
+def with_camera(scene: Scene, name: str, camera: AbstractCamera) -> Scene:
     """The scene with another camera of that name."""
     import equinox as eqx
 

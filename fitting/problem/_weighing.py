@@ -25,6 +25,8 @@ class Weighing:
     """The deviations are what the residual showed, not given or a mere unit."""
     slack: float = 1.0
     """Standard errors are so many times what these weights say, since large residuals weigh less."""
+    robust: bool = False
+    """The weights are those of a robust loss that was asked for."""
 
     @property
     def unit(self) -> float:

@@ -10,7 +10,7 @@ from ..judging._identifiability import QUANTILE
 from ..problem._problem import Problem, factorise, pass_rows
 from ..problem._target import CheckedTarget
 from ..problem._within import within_pixels
-from ._settling import bends_of
+from ._estimating import bends_of
 
 ROUNDS = 3
 """The cells' constraints are linear near a point, which they move: so often."""

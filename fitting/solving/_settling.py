@@ -14,20 +14,18 @@ from diffwhitted.image import gathered
 from .._result import FitStep
 from ..judging._misfit import at_rounding
 from ..judging._rest import jacobian_precision, residual_noise, rest_share
-from ..judging._variance import variance_of
+from ..judging._wild import absurd, ruling
 from ..problem._problem import Problem
-from ..problem._target import CheckedTarget
-from ..problem._weighing import Weighing, weighed
-from ..problem._within import within_pixels
+from ..problem._target import CheckedTarget, residual_count
+from ..problem._weighing import Weighing, first_weighing, weighed
+from ._estimating import estimated
+from ._robust import HUBER_ROUNDS, reweighed
 from ._sampling import SIDE, Comparison, compared, sampled
 from ._solve import Solution
 from ._stages import run, stages_of
 
 ROUNDS = 3
-FAR, OFTEN = 5.0, 1e-4
-"""Tails are heavy where more than this share of residuals is so many deviations off (Gaussian: 6e-7)."""
-TAIL = 3.0
-"""Degrees of freedom of Student's t for residuals with heavy tails."""
+LOSS_ROUNDS = 20
 ALIKE = 0.02
 """Priors whose weights change by a smaller share weigh what they did."""
 CHANGED = 0.1
@@ -45,6 +43,8 @@ class Settled:
     """"points" or "pixel"."""
     comparison: Comparison | None
     """Where it was found out."""
+    targets: tuple[CheckedTarget, ...]
+    """As the fit used them: without a few wild pixels, where these carried nearly all that was left over."""
 
     @property
     def said(self) -> str:
@@ -80,16 +80,21 @@ def settle(
     max_steps: int,
     coarse_to_fine: bool,
     on_step: Callable[[FitStep], None] | None,
+    loss: str = "square",
 ) -> Settled:
-    """From a starting point. `sampling`: None where it is to be found out."""
+    """From a starting point. `sampling`: None where it is to be found out; `loss`: how much large residuals count."""
     comparison, found_out = None, sampling is None
     eps, rest = float(np.finfo(problem.scene.dtype).eps), rest_share(problem.scene)
 
+    def shown(solution: Solution) -> list[np.ndarray]:
+        return [
+            np.asarray(gathered(f, *t.mask.shape), np.float64) for f, t in zip(solution.films, targets, strict=True)
+        ]
+
     def exact(solution: Solution) -> bool:
-        pictures = [np.asarray(gathered(f, *t.image.shape[:2])) for f, t in zip(solution.films, targets, strict=True)]
         return all(
             at_rounding((picture - t.image)[t.mask > 0], t.image[t.mask > 0], eps, rest)
-            for picture, t in zip(pictures, targets, strict=True)
+            for picture, t in zip(shown(solution), targets, strict=True)
         )
 
     def solved(problem: Problem, weighing: Weighing, point: np.ndarray, before: Solution | None):
@@ -108,12 +113,31 @@ def settle(
         steps = max_steps if before is None else max(max_steps - len(before.history), 2)
         return _after(before, run(stages, point, steps, on_step, weighing.total))
 
+    def without(wild: list[np.ndarray]) -> None:
+        """Go on with targets without these pixels."""
+        nonlocal targets, problem, weighing
+        targets = tuple(
+            replace(t, mask=np.where(w, 0, t.mask), image=np.where(w[..., None], 0, t.image))
+            for t, w in zip(targets, wild, strict=True)
+        )
+        weighing = first_weighing(targets, float(residual_count(targets)))
+        problem = weighed(problem, targets, weighing)
+
+    if (wild := absurd(targets)) is not None:
+        without(wild)
     # Find out at the start, as far as the residual tells by then.
     if found_out:
         comparison = compared(problem, start)
         sampling = comparison.better or "points"
         problem = sampled(problem, SIDE, start) if sampling == "pixel" else problem
     problem, solution = solved(problem, weighing, start, None)
+    # Begin anew without a few pixels that carry nearly all that is left over.
+    for _ in range(ROUNDS):
+        wild = None if solution.interrupted or exact(solution) else ruling(targets, shown(solution), eps)
+        if wild is None:
+            break
+        without(wild)
+        problem, solution = solved(problem, weighing, start, None)
     # Look again where it is at rest.
     if found_out and not solution.interrupted and not exact(solution):
         comparison = compared(problem, solution.values)
@@ -121,8 +145,19 @@ def settle(
             sampling = comparison.better
             problem = sampled(problem, SIDE if sampling == "pixel" else 1, solution.values)
             problem, solution = solved(problem, weighing, solution.values, solution)
-    # Weigh each residual by what residuals like it show.
-    for _ in range(ROUNDS):
+    # Weigh each residual as the loss says, or by what residuals like it show.
+    first = weighing
+    for number in range(LOSS_ROUNDS if loss != "square" else 0):
+        if solution.interrupted or exact(solution):
+            break
+        name = "huber" if loss == "tukey" and number < HUBER_ROUNDS else loss
+        new = reweighed(name, targets, weighing, first, solution, eps)
+        settled = weighing.robust and name == loss and _change(new, weighing) < CHANGED / 10
+        problem, weighing = weighed(problem, targets, new), new
+        if settled:
+            break
+        problem, solution = solved(problem, weighing, solution.values, solution)
+    for _ in range(ROUNDS if loss == "square" else 0):
         if targets[0].noise is not None or solution.interrupted or exact(solution):
             break
         new = estimated(problem, targets, weighing, solution)
@@ -130,7 +165,7 @@ def settle(
             break
         problem, weighing = weighed(problem, targets, new), new
         problem, solution = solved(problem, weighing, solution.values, solution)
-    return Settled(solution, problem, weighing, sampling or "points", comparison)
+    return Settled(solution, problem, weighing, sampling or "points", comparison, targets)
 
 
 def with_noise(
@@ -147,68 +182,6 @@ def with_noise(
     if np.allclose(np.log(new.weight[known] / problem.priors.weight[known]), 0, atol=ALIKE):
         return None
     return replace(problem, priors=new)
-
-
-def estimated(
-    problem: Problem, targets: tuple[CheckedTarget, ...], weighing: Weighing, solution: Solution
-) -> Weighing | None:
-    """The deviations that the residuals show; None where they show that all are alike."""
-    shown = [
-        np.asarray(gathered(film, *t.image.shape[:2]), np.float64)
-        for t, film in zip(targets, solution.films, strict=True)
-    ]
-    spread = [
-        within if within.any() else bends_of(picture) for within, picture in zip(
-            within_pixels(problem, solution.values), shown, strict=True)
-    ]  # fmt: skip
-    used = [np.broadcast_to((t.mask > 0)[..., None], t.image.shape) for t in targets]
-
-    def of_used(pictures) -> np.ndarray:
-        return np.concatenate([picture[where] for picture, where in zip(pictures, used, strict=True)])
-
-    residual = of_used([picture - t.image for picture, t in zip(shown, targets, strict=True)])
-    value = [np.maximum(picture, 0) for picture in shown]
-    shapes = {"even": np.ones(len(residual)), "edges": of_used(spread), "light": of_used(value)}
-    shapes = {name: shape for name, shape in shapes.items() if shape.any()}
-    floor = (float(np.finfo(problem.scene.dtype).eps) * float(np.abs(residual).max() + of_used(value).max())) ** 2
-    variance = variance_of(residual, shapes, floor)
-    if variance.is_even and not weighing.estimated:
-        return None
-    deviations = [
-        np.sqrt(variance.of({"even": np.ones_like(v), "edges": s, "light": v}) + floor)
-        for v, s in zip(value, spread, strict=True)
-    ]
-    standard = of_used([(p - t.image) / d for p, t, d in zip(shown, targets, deviations, strict=True)])
-    if np.mean(abs(standard) > FAR) < OFTEN:
-        return Weighing(tuple(deviations), weighing.total, estimated=True)
-    # Residuals with heavy tails weigh as those of Student's t do: less, the larger they are.
-    heavy = [
-        d * np.sqrt((TAIL + _per_pixel((p - t.image) / d)) / (TAIL + 1))
-        for p, t, d in zip(shown, targets, deviations, strict=True)
-    ]
-    square = standard**2
-    weight, slope = (TAIL + 1) / (TAIL + square), (TAIL + 1) * (TAIL - square) / (TAIL + square) ** 2
-    return Weighing(tuple(heavy), weighing.total, True, float(max(weight.mean() / max(slope.mean(), 0.3), 1.0)))
-
-
-def _per_pixel(standard: np.ndarray) -> np.ndarray:
-    """The mean square of the channels of each pixel, for each of them."""
-    return np.broadcast_to((standard**2).mean(axis=-1, keepdims=True), standard.shape)
-
-
-def bends_of(picture: np.ndarray) -> np.ndarray:
-    """The same by what the neighbours of a pixel show, of one sample a pixel: the square of what a straight course
-    through them does not follow.
-    """
-    total = np.zeros_like(picture)
-    for axis in (0, 1):
-        room = [(0, 0)] * 3
-        room[axis] = (1, 1)
-        padded = np.pad(picture, room, mode="edge")
-        count = picture.shape[axis]
-        before, here, after = (np.take(padded, range(k, k + count), axis=axis) for k in range(3))
-        total += (before - 2 * here + after) ** 2
-    return total
 
 
 def _change(new: Weighing, old: Weighing) -> float:

@@ -24,19 +24,14 @@ from jaxtyping import Array, Float
 from diffwhitted.numerics._kept import kept
 
 from .._result import FitStage, FitStep
-from ..judging._active import active_step, within
-from ..judging._rest import near_bounds
+from ..judging._active import within
 from ..problem._problem import Problem, factorise
+from ._along_bounds import is_held, is_stuck, promise, shares
 
 REJECTIONS = 8
 """So many rejected steps in a row mean that the loss cannot fall any further in this precision."""
 UNSEEN = 8.0
 """A step that promises to lower the loss by fewer units in its last place cannot be judged by the loss."""
-
-SLOW, HARDLY = 4, 3e-3
-"""So many steps that lower the loss by no more than this share of it are enough where a bound holds something."""
-STRAIGHT, FURTHEST = 0.95, 20.0
-"""Steps with this cosine between them have one direction; none is made longer than so many times."""
 
 
 @dataclass(frozen=True)
@@ -147,20 +142,20 @@ def solve(
                 or stopped()
                 or at_rest(*best.linear())
                 or (rejected and _is_unseen(problem, best))
-                or _is_stuck(history, problem, best)
+                or is_stuck(history, problem, best)
             ):
                 break
         assert best is not None, "max_steps is 1 or more"
         before = None
         while len(history) < max_steps and not (stopped() or at_rest(*best.linear())):
             unseen = _is_unseen(problem, best)
-            if not (unseen or _is_held(problem, best)):
+            if not (unseen or is_held(problem, best)):
                 break
-            step, promise = _promise(problem, best)
+            step, promised = promise(problem, best)
             better = False
-            for share in (1.0,) if unseen else _shares(before, step):
+            for share in (1.0,) if unseen else shares(before, step):
                 here = look_at(problem, within(best.values, share * step, problem.unknowns), sigma)
-                better = _promise(problem, here)[1] < promise if unseen else here.loss < best.loss
+                better = promise(problem, here)[1] < promised if unseen else here.loss < best.loss
                 best = note(here, better, best)
                 if better or len(history) >= max_steps:
                     break
@@ -196,51 +191,9 @@ def _bold(state, boldness: float | None):
     return eqx.tree_at(_boldness, state, jnp.asarray(float(own) if boldness is None else boldness, own.dtype))
 
 
-def _promise(problem: Problem, here: Look) -> tuple[np.ndarray, float]:
-    """The next Gauss-Newton step, and by how much the linear model says that it lowers the loss; what is held
-    goes onto its bound.
-    """
-    values, factor, remainder, _ = here.linear()
-    seen, precision = np.linalg.norm(factor, axis=0) > 0, float(jnp.finfo(problem.scene.dtype).eps) ** 0.7
-    step, held = active_step(
-        values, factor, remainder, seen, near_bounds(problem.unknowns), problem.unknowns, precision
-    )
-    promise = 0.5 * float(np.sum((factor @ step) ** 2))
-    low, high = np.asarray([u.bounds for u in problem.unknowns], np.float64).T
-    end = np.where(values - low < high - values, low, high)
-    return np.where(held.bound, end - values, step), promise
-
-
-def _is_held(problem: Problem, here: Look) -> bool:
-    """Does a bound or a sum hold some coefficient?"""
-    values, factor, remainder, _ = here.linear()
-    seen, near = np.linalg.norm(factor, axis=0) > 0, near_bounds(problem.unknowns)
-    return active_step(values, factor, remainder, seen, near, problem.unknowns, 1e-9)[1].any
-
-
-def _shares(before: np.ndarray | None, step: np.ndarray) -> tuple[float, ...]:
-    """How much of a step to try, in turn. Where steps follow one another in one direction, each a share of the one
-    before, the sum of all that would follow (Aitken 1926).
-    """
-    if before is not None and (size := float(np.linalg.norm(before) * np.linalg.norm(step))):
-        share = float(np.linalg.norm(step) / np.linalg.norm(before))
-        if before @ step > STRAIGHT * size and share < 1:
-            return min(1 / (1 - share), FURTHEST), 1.0, 0.25
-    return 1.0, 0.25
-
-
-def _is_stuck(history: list[FitStep], problem: Problem, best: Look) -> bool:
-    """Has the loss hardly fallen for some steps while a bound holds some coefficient? There no unknown has a slope, and
-    a Gauss-Newton step along the bound leads further.
-    """
-    if len(history) < SLOW or history[-SLOW].loss - history[-1].loss > HARDLY * history[-1].loss:
-        return False
-    return _is_held(problem, best)
-
-
 def _is_unseen(problem: Problem, here: Look) -> bool:
     """Is the next step too small for the loss to tell whether it is one for the better?"""
-    return _promise(problem, here)[1] < UNSEEN * float(jnp.finfo(problem.scene.dtype).eps) * here.loss
+    return promise(problem, here)[1] < UNSEEN * float(jnp.finfo(problem.scene.dtype).eps) * here.loss
 
 
 def _method(dtype) -> optx.LevenbergMarquardt:
