@@ -20,6 +20,7 @@ from ._outcome import outcome, with_runs
 from ._restricted import restricted
 from ._result import FitResult, FitStep, WildPixel
 from .judging._grey import grey_note, grey_only
+from .judging._sharp import too_sharp, without_sharp
 from .judging._wild import wild_note, wild_pixels
 from .problem._bounds import Bounds
 from .problem._build import build
@@ -150,6 +151,7 @@ def fit(
     wild = _wild(targets, end)
     notes = (*wild_note(wild, len(targets) > 1), *notes)
     result = restricted(outcome(scene, end.targets, end, first, effects, notes), scene, wanted)
+    result = without_sharp(result, too_sharp(problem, best.values))
     if given.keeps_digits:
         whole = changed(given, shots=scene.shots)
         result = replace(result, scene=insert(whole, unknowns, (wanted.matrix @ best.values).astype(given.dtype)))

@@ -1,7 +1,7 @@
 """What a solution is worth: standard errors, whether the model fits, and what must be said about it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import jax.numpy as jnp
 import numpy as np
@@ -72,7 +72,10 @@ def judged(scene: Scene, targets: Sequence[CheckedTarget], end: Settled) -> Judg
         return uncertainty_within(*linear, precision, RESOLVED * eps, best.shift, widen)
 
     known, held = errors_of(told)
-    step = unsettled(best.values, best.factor, best.remainder, known, unknowns, precision, SETTLED, 0.05)
+    # What the solver left where it is as good as anywhere does not move; it is not determined.
+    wide = known.seen & ~known.identifiable & [not c for c in known.confounded]
+    seen = known if end.out_of_steps else replace(known, seen=known.seen & ~wide)
+    step = unsettled(best.values, best.factor, best.remainder, seen, unknowns, precision, SETTLED, 0.05)
     found = Judged(
         best.values,
         best.films,

@@ -12,12 +12,15 @@ from .judging._active import SUM_SHARE
 from .problem._ties import Ties
 from .problem._unknowns import Unknown, free_as_named, insert
 
+ALONG = 0.9
+"""Correlation from which on a coefficient shares the fate of one that lies on its bound."""
+
 
 def restricted(result: FitResult, scene: Scene, ties: Ties) -> FitResult:
     """The result with a coefficient for each of all unknowns, in their order; `scene`: what the fit began with."""
     coefficients = [
-        replace(c, prior=u.prior, further=_reached(u, result.coefficients))
-        for c, u in zip(result.coefficients, ties.leaders, strict=True)
+        replace(c, prior=u.prior, further=(*_reached(u, result.coefficients), *_beside(result, i)))
+        for i, (c, u) in enumerate(zip(result.coefficients, ties.leaders, strict=True))
     ]
     if not ties.any:
         return replace(result, coefficients=tuple(coefficients))
@@ -44,6 +47,17 @@ def _reached(unknown: Unknown, coefficients: Sequence[FittedCoefficient]) -> tup
         if limit - sum(values[name] for name in names) < SUM_SHARE * (abs(limit) or 1):
             said.append(f"{' + '.join(names)} is at its limit {limit:g}")
     return tuple(said)
+
+
+def _beside(result: FitResult, number: int) -> tuple[str, ...]:
+    """A remark for each coefficient on its bound with which this one goes along."""
+    if result.coefficients[number].at_bound:
+        return ()
+    return tuple(
+        f"goes along with {other.name}, which is at its {other.bound_reached}"
+        for other, rho in zip(result.coefficients, result.correlation[number], strict=True)
+        if other.at_bound and np.isfinite(rho) and abs(rho) > ALONG
+    )
 
 
 def _follower(leader: FittedCoefficient, factor: float, unknown: Unknown) -> FittedCoefficient:

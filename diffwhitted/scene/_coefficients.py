@@ -22,7 +22,7 @@ COEFFICIENTS: tuple[Row, ...] = (
     Row("k_t", "number or colour", "share of light that arrives along the transmitted ray", symbol="k_t", default=0.0,
         lowest=0.0, highest=inf, fit_bounds=(0.0, 1.0), source="Whitted (2)"),
     Row("phong_exponent", "number", "exponent of the highlight", symbol="n", default=50.0, lowest=0.0, highest=inf,
-        fit_bounds=(1.0, 1000.0), scale="log", source="Whitted (1)"),
+        fit_bounds=(1.0, 1e6), scale="log", source="Whitted (1)"),
     Row("refractive_index", "number", "index of the inside against vacuum", symbol="η", default=1.0, lowest=1.0,
         highest=1000.0, fit_bounds=(1.001, 4.0), scale="log-excess", moves="rays", source="Hearn and Baker (14-50)"),
 )  # fmt: skip

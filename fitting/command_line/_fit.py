@@ -123,7 +123,7 @@ BoundsGiven = Annotated[
         metavar="NAME=LOW:HIGH",
         show_default=False,
         help="Interval to search; wildcards allowed. Default: what `diffwhitted parameters` lists, such as 0:1 for "
-        "k_*, 1:1000 for phong_exponent, 1.001:4 for refractive_index.",
+        "k_*, 1:1e6 for phong_exponent, 1.001:4 for refractive_index.",
     ),
 ]
 Starts = Annotated[

@@ -39,9 +39,12 @@ class Priors(eqx.Module):
 
     def weighed(self, noise: float, factor: np.ndarray, precision: float) -> "Priors":
         """Beside residuals of this standard deviation; `factor`: R with the priors as they were."""
-        columns = np.sqrt(np.maximum((factor**2).sum(axis=0) - self.weight**2, 0))
-        known = np.isfinite(self.deviation)
-        return replace(self, weight=np.maximum(noise / self.deviation, FAINT * precision * columns * known))
+        gram = factor.T @ factor - np.diag(self.weight**2)
+        columns, known = np.sqrt(np.maximum(np.diagonal(gram), 0)), np.isfinite(self.deviation)
+        scale = np.where(columns > 0, columns, 1)
+        determined = np.linalg.eigvalsh(gram / np.outer(scale, scale)).min() > precision**2
+        least = 0 if determined else FAINT * precision * columns * known
+        return replace(self, weight=np.maximum(noise / self.deviation, least))
 
     def errors(self, ways: np.ndarray, factor: np.ndarray, noise: float, precision: float) -> np.ndarray:
         """Standard errors along some ways, of residuals with this noise and the priors as they are."""

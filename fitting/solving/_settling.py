@@ -45,6 +45,8 @@ class Settled:
     """Where it was found out."""
     targets: tuple[CheckedTarget, ...]
     """As the fit used them: without a few wild pixels, where these carried nearly all that was left over."""
+    out_of_steps: bool
+    """It ended since it had no more steps to take."""
 
     @property
     def said(self) -> str:
@@ -165,7 +167,9 @@ def settle(
             break
         problem, weighing = weighed(problem, targets, new), new
         problem, solution = solved(problem, weighing, solution.values, solution)
-    return Settled(solution, problem, weighing, sampling or "points", comparison, targets)
+    return Settled(
+        solution, problem, weighing, sampling or "points", comparison, targets, len(solution.history) >= max_steps
+    )
 
 
 def with_noise(
