@@ -178,6 +178,7 @@ class FitResult:
       that does to a coefficient is many times what noise would do; `at_rounding_level`: it is no more than
       arithmetic and solver leave over.
     - `sampling`: "points" (one in the middle of each pixel) or "pixel" (the target averages over the area of each).
+    - `causes`: of a misfit, the likely mistakes and the share of the residual (RMS) that each would remove.
     - `steps`, `history`: how many steps the solver took, and one `FitStep` for each; `stages`: one `FitStage` for
       each way in which it looked at the targets, from coarse to fine.
     - `seconds_compile`, `seconds_solve`: wall-clock seconds.
@@ -209,6 +210,7 @@ class FitResult:
     at_rounding_level: bool = False
     stages: tuple[FitStage, ...] = ()
     sampling: str = "points"
+    causes: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
         if self.status not in get_args(Status):
@@ -251,6 +253,7 @@ class FitResult:
             "misfit": bool(self.misfit),
             "at_rounding_level": bool(self.at_rounding_level),
             "sampling": self.sampling,
+            "causes": [{"what": what, "removed": _finite(removed)} for what, removed in self.causes],
             "steps": int(self.steps),
             "starts_tried": int(self.starts_tried),
             "seconds": {"compile": _finite(self.seconds_compile), "solve": _finite(self.seconds_solve)},
