@@ -17,6 +17,7 @@ from ._parameters import (
     replace_parameter,
 )
 from ._scene import Precision, Scene, ShadowModel, TotalReflection, check_footprint, float_dtype
+from ._sheets import Sheet, shared_sheets
 from ._tables import Marks, Tables, marks_of, material_names, numbered_objects, tabulate, texture_names
 from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground, GradientBackground
 from .lights import LIGHTS, AbstractLight, DirectionalLight, PointLight
@@ -26,9 +27,9 @@ __all__ = [
     "BACKGROUNDS", "BY_NAME", "COEFFICIENTS", "DEEPEST", "FAMILIES", "HIGHLIGHTS", "LIGHTS", "OBJECTS", "TEXTURES",
     "WITHOUT_NAME", "AbstractBackground", "AbstractLight", "AbstractObject", "AbstractTexture", "Camera", "Checker",
     "ConstantBackground", "DirectionalLight", "GradientBackground", "HighlightModel", "Marks", "Material",
-    "Parameter", "Plane", "PointLight", "Polygon", "Precision", "Row", "Scene", "ShadowModel", "Sphere", "Tables",
-    "TotalReflection", "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter",
-    "float_dtype", "including_coefficient", "is_traced", "marks_of", "material_names", "near", "nearest_name",
-    "numbered_objects", "parameter_value", "parameters", "replace_coefficient", "replace_parameter", "shortest",
-    "tabulate", "texture_names", "textured_rows", "whole_number",
+    "Parameter", "Plane", "PointLight", "Polygon", "Precision", "Row", "Scene", "ShadowModel", "Sheet", "Sphere",
+    "Tables", "TotalReflection", "check_footprint", "coefficient_value", "coefficients", "depth_number",
+    "find_parameter", "float_dtype", "including_coefficient", "is_traced", "marks_of", "material_names", "near",
+    "nearest_name", "numbered_objects", "parameter_value", "parameters", "replace_coefficient", "replace_parameter",
+    "shared_sheets", "shortest", "tabulate", "texture_names", "textured_rows", "whole_number",
 ]  # fmt: skip

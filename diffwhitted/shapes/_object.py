@@ -78,6 +78,12 @@ class AbstractObject(eqx.Module):
         """Unit normal (3,) and offset of the half space that it fills, where it is one."""
         return None
 
+    def flat(self) -> tuple[np.ndarray, float, np.ndarray | None] | None:
+        """Unit outward normal (3,) and offset of the plane in which it lies, and its corners (v, 3), None where it has
+        no end; None of what is not flat, or does not say.
+        """
+        return None
+
     def holds(self, place) -> bool:
         """Is the point (3,) inside the volume that it bounds?"""
         x, y, z = (jnp.asarray([c], float) for c in np.asarray(place, np.float64))

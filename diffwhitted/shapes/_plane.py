@@ -116,3 +116,6 @@ class Plane(AbstractObject):
         normal = np.asarray(self.normal, np.float64)
         size = float(np.linalg.norm(normal))
         return normal / size, float(self.offset) / size
+
+    def flat(self) -> tuple[np.ndarray, float, None]:
+        return (*self.half_space(), None)

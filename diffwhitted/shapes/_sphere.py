@@ -88,6 +88,10 @@ class Spheres(AbstractSurfaces):
         """Middle and radius of a sphere around the shape."""
         return self.centre, self.radius
 
+    def crossing_at(self, entering):
+        """A ray enters at the nearer of the two."""
+        return jnp.where(entering, 0, 1).astype(jnp.int8)
+
     def contains(self, point: Vec3):
         offset = point - self.centre
         return dot(offset, offset) < self.radius * self.radius
