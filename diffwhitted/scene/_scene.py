@@ -15,6 +15,7 @@ from ..records import changed, nearest_name, number_array, require
 from ..shapes import OBJECTS, AbstractObject
 from ._camera import Camera
 from ._material import Material
+from ._notes import give_notes
 from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground
 from .lights import LIGHTS, AbstractLight
 from .textures import TEXTURES, AbstractTexture
@@ -92,6 +93,7 @@ class Scene(eqx.Module):
         self.total_internal_reflection = total_internal_reflection
         self._check_settings()
         self._check_references()
+        give_notes(self.objects, self.materials, self.lights, self.cameras, self.background)
 
     @property
     def dtype(self):

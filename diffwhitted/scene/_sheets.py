@@ -27,11 +27,11 @@ def shared_sheets(objects: Sequence[AbstractObject], glass: Collection[str]) -> 
     What is traced touches nothing: nobody knows where it is. The glass is compared with all others.
     """
     known = [thing for thing in objects if not any(map(is_traced, jax.tree.leaves(thing)))] if glass else []
-    sheets = []
-    for kind in (_flat, _round):
-        names = [thing.name for thing in known]
-        pairs = [(i, j, same) for i, j, same in kind(known, [name in glass for name in names])]
-        sheets += [tuple((names[k], same) for k, same in sheet.items()) for sheet in _joined(pairs)]
+    sheets, names = [], [thing.name for thing in known]
+    with jax.ensure_compile_time_eval():
+        for kind in (_flat, _round):
+            pairs = list(kind(known, [name in glass for name in names]))
+            sheets += [tuple((names[k], same) for k, same in sheet.items()) for sheet in _joined(pairs)]
     return tuple(sheets)
 
 

@@ -191,6 +191,17 @@ class Polygon(AbstractObject):
     def family(cls, vertices) -> Polygons:
         return Polygons(vec3(vertices))
 
+    def away_from(self, place: np.ndarray) -> float:
+        """From its plane where the foot of the perpendicular is within its sides, else from the nearest side."""
+        normal, offset, corners = self.flat()
+        along = np.roll(corners, -1, axis=0) - corners
+        rise = float(normal @ place) - offset
+        foot = place - rise * normal - corners
+        share = np.clip((foot * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-300), 0, 1)
+        from_sides = np.linalg.norm(foot - share[:, None] * along, axis=1).min()
+        within = abs(np.sum(_turns(-foot, np.roll(-foot, -1, axis=0), normal))) > np.pi
+        return abs(rise) if within else float(np.hypot(rise, from_sides))
+
     def flat(self) -> tuple[np.ndarray, float, np.ndarray]:
         vertices = np.asarray(self.vertices, np.float64)
         normal = _area(vertices)
@@ -204,6 +215,11 @@ class Polygon(AbstractObject):
 def _padded(vertices, most: int):
     pad = jnp.pad if is_traced(vertices) else np.pad
     return pad(vertices, ((0, most - len(vertices)), (0, 0)), mode="edge")
+
+
+def _turns(one: np.ndarray, other: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Angles between vectors (n, 3) of a plane, signed about its normal."""
+    return np.arctan2(np.cross(one, other) @ normal, (one * other).sum(axis=1))
 
 
 def _area(vertices: np.ndarray) -> np.ndarray:
