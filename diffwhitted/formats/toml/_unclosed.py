@@ -18,9 +18,9 @@ def unclosed_array(lines: Sequence[str], fault: int) -> int | None:
         return None
     opened = []
     for number, line in enumerate(lines[: fault - 1], 1):
-        if not opened and NEXT.match(line) and "=" not in line.partition("#")[0]:
-            continue
-        for bracket in ASIDE.sub("", line):
+        plain = ASIDE.sub("", line)
+        # Outside of arrays only what follows a key may begin one: other brackets are those of tables.
+        for bracket in plain if opened else plain.partition("=")[2]:
             if bracket == "[":
                 opened.append(number)
             elif bracket == "]" and opened:
