@@ -48,7 +48,7 @@ def give_notes(
             *_narrow_views(cameras),
         ]
     for note in notes:
-        warnings.warn(note, SceneNote, stacklevel=4)
+        warnings.warn(note, SceneNote, stacklevel=5)
 
 
 def _is_glass(material: Material) -> bool:
