@@ -16,7 +16,7 @@ from diffwhitted.scene import Scene, depth_number, is_traced, near, whole_number
 from diffwhitted.tree import decide_effects, points_only, trees_or_points
 
 from ._errors import FitError
-from ._outcome import outcome, with_runs
+from ._outcome import outcome, with_causes, with_runs
 from ._restricted import restricted
 from ._result import FitResult, FitStep, WildPixel
 from .judging._grey import grey_note, grey_only
@@ -32,6 +32,7 @@ from .problem._sought import Wishes, sought
 from .problem._sums import require_start
 from .problem._target import CheckedTarget, as_targets
 from .problem._unknowns import Unknown, insert, start_values
+from .solving._alternatives import likely_causes
 from .solving._robust import LOSSES
 from .solving._settling import Settled, settle
 from .solving._solve import compile_solver
@@ -150,8 +151,12 @@ def fit(
     notes += tuple(remark for target in targets for remark in target.notes)
     wild = _wild(targets, end)
     notes = (*wild_note(wild, len(targets) > 1), *notes)
-    result = restricted(outcome(scene, end.targets, end, first, effects, notes), scene, wanted)
-    result = without_sharp(result, too_sharp(problem, best.values))
+    result = outcome(scene, end.targets, end, first, effects, notes)
+    plain = not (wanted.any or problem.priors is not None or any(u.sums for u in wanted.leaders))
+    if result.misfit and plain and not best.interrupted:
+        found = likely_causes(scene, end.targets, names, end, best.values, max_depth, footprint)
+        result = with_causes(result, found)
+    result = without_sharp(restricted(result, scene, wanted), too_sharp(problem, best.values))
     if given.keeps_digits:
         whole = changed(given, shots=scene.shots)
         result = replace(result, scene=insert(whole, unknowns, (wanted.matrix @ best.values).astype(given.dtype)))

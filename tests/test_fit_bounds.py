@@ -36,7 +36,7 @@ def expected() -> tuple[float, np.ndarray, np.ndarray]:
     """The exponent and the linear coefficients (a, r, g, b, h) by scipy's bounded linear least squares, and its
     Jacobian."""
     target = picture()
-    nothing = picture(k_a=0.0, k_d=[0.0] * 3, k_h=0.0)
+    nothing = np.zeros((18, 24, 3))
     ambient = picture(k_a=1.0, k_d=[0.0] * 3, k_h=0.0) - nothing
     diffuse = picture(k_a=0.0, k_d=[1.0] * 3, k_h=0.0) - nothing
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ._environment import set_up
+from ._folders import check_folder, saved_into
 from ._options import Depth, Footprint, Precision, PrecisionName, Samples, ScenePath
 from ._progress import Progress, safe
-from ._restrictions import AtMost, Colours, Known, Loss, LossName, Priors, TiesGiven
+from ._restrictions import AtMost, BoundsGiven, Colours, Known, Loss, LossName, Priors, Start, TiesGiven
 
 if TYPE_CHECKING:
-    from diffwhitted import Scene
     from fitting import FitResult
 
 Targets = Annotated[
@@ -106,25 +105,6 @@ Layer = Annotated[
 ]
 SkipBadPixels = Annotated[
     bool, typer.Option("--skip-bad-pixels", help="Leave out pixels that are NaN or infinite, and say how many.")
-]
-Start = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--start",
-        metavar="NAME=VALUE",
-        show_default=False,
-        help="Where the fit begins; wildcards allowed, and NAME=R,G,B for a colour. Default: the values of the scene.",
-    ),
-]
-BoundsGiven = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--bounds",
-        metavar="NAME=LOW:HIGH",
-        show_default=False,
-        help="Interval to search; wildcards allowed. Default: what `diffwhitted parameters` lists, such as 0:1 for "
-        "k_*, 1:1e6 for phong_exponent, 1.001:4 for refractive_index.",
-    ),
 ]
 Starts = Annotated[
     int,
@@ -259,39 +239,6 @@ def fit(
     else:
         print_result(result, true, written)
     return result.exit_code
-
-
-def saved_into(folder: Path):
-    """`save_scene`, for a file that is made elsewhere and moved to a folder: the pictures of its shots are named from
-    there.
-    """
-    from diffwhitted import save_scene
-    from diffwhitted.records import changed
-
-    def save(scene: Scene, path: Path) -> None:
-        def moved(name: str | None) -> str | None:
-            return None if name is None else os.path.join(path.parent, os.path.relpath(name, folder))
-
-        def shot_moved(shot):
-            noise = moved(shot.noise) if isinstance(shot.noise, str) else shot.noise
-            return changed(shot, picture=moved(shot.picture), mask=moved(shot.mask), noise=noise)
-
-        save_scene(changed(scene, shots=tuple(map(shot_moved, scene.shots))), path)
-
-    return save
-
-
-def check_folder(folder: Path) -> None:
-    """Raise `OutputError` now rather than after the fit where a folder cannot be written."""
-    from fitting.telling._outputs import OutputError
-
-    there = next(place for place in (folder.absolute(), *folder.absolute().parents) if place.exists())
-    if not there.is_dir():
-        raise OutputError(
-            f"cannot write {folder}: {there} is a file, and a folder is needed; choose another with --out"
-        )
-    if not os.access(there, os.W_OK | os.X_OK):
-        raise OutputError(f"cannot write {folder}: no permission in {there}; choose a folder of your own with --out")
 
 
 def print_result(result: FitResult, truth: Mapping[str, float] | None, written: Sequence[Path]) -> None:

@@ -23,6 +23,25 @@ class Loss(StrEnum):
     tukey = "tukey"
 
 
+Start = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--start",
+        metavar="NAME=VALUE",
+        show_default=False,
+        help="Where the fit begins; wildcards allowed, and NAME=R,G,B for a colour. Default: the values of the scene.",
+    ),
+]
+BoundsGiven = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--bounds",
+        metavar="NAME=LOW:HIGH",
+        show_default=False,
+        help="Interval to search; wildcards allowed. Default: what `diffwhitted parameters` lists, such as 0:1 for "
+        "k_*, 1:1e6 for phong_exponent, 1.001:4 for refractive_index.",
+    ),
+]
 Priors = Annotated[
     list[str] | None,
     typer.Option(
