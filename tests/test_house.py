@@ -50,6 +50,7 @@ LAYERS = (
     "fitting.problem",
     "fitting.judging",
     "fitting.solving",
+    "fitting._judged",
     "fitting._outcome",
     "fitting._fit",
     "fitting.telling",
