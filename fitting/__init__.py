@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ._errors import FitError
     from ._fit import fit
+    from ._held_out import HeldOut
     from ._result import FitResult, FitStage, FitStep, FittedCoefficient, FitView
     from .comparing._tradeoff import Tradeoff, tradeoff
     from .comparing._tradeoff_plot import tradeoff_figure
+    from .problem._only import only
     from .problem._target import Target
 
 __all__ = [
@@ -18,9 +20,11 @@ __all__ = [
     "FitStep",
     "FitView",
     "FittedCoefficient",
+    "HeldOut",
     "Target",
     "Tradeoff",
     "fit",
+    "only",
     "tradeoff",
     "tradeoff_figure",
 ]
@@ -32,9 +36,11 @@ _HOMES = {
     "FitStep": "_result",
     "FitView": "_result",
     "FittedCoefficient": "_result",
+    "HeldOut": "_held_out",
     "Target": "problem._target",
     "Tradeoff": "comparing._tradeoff",
     "fit": "_fit",
+    "only": "problem._only",
     "tradeoff": "comparing._tradeoff",
     "tradeoff_figure": "comparing._tradeoff_plot",
 }

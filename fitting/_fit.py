@@ -16,10 +16,12 @@ from diffwhitted.tree import decide_effects, points_only, trees_or_points
 
 from ._errors import FitError
 from ._outcome import outcome, with_runs
+from ._prediction import with_prediction
 from ._result import FitResult, FitStep
 from .problem._bounds import Bounds
 from .problem._build import build
 from .problem._free_names import free_parameters, whole_names
+from .problem._holding_out import held_out
 from .problem._problem import any_moves
 from .problem._shot_files import shots_of
 from .problem._target import CheckedTarget, as_targets
@@ -41,6 +43,7 @@ def fit(
     footprint: int | None = None,
     max_steps: int = 100,
     coarse_to_fine: bool = True,
+    hold_out: str | float | Sequence[str] | None = None,
     on_step: Callable[[FitStep], None] | None = None,
 ) -> FitResult:
     """Find the free numbers of a scene, its material coefficients first, that make the rendered scene equal the
@@ -60,6 +63,8 @@ def fit(
     - `coarse_to_fine`: the first steps look at fewer samples of a large target (see `_stages`); `stages` of the
       result says
       at how many, and what that took.
+    - `hold_out`: what the fit does not look at, to see how well it predicts it: the name of a shot (or several), or a
+      share of the pixels (0.2, "20%"), in blocks; `held_out` of the result says.
     - `footprint`: k x k trees a pixel whose rays average what they meet over their share of it. Without it that is
       the scene's, or `samples`, where what is free moves rays, shadows or the edges of patterns: their derivative lies
       in the edges of the picture.
@@ -72,14 +77,17 @@ def fit(
     from the residual. Raises `FitError` for input that cannot be used (`SceneError` for a max_depth).
     """
     begun = time.perf_counter()
-    _require_values(scene, targets, start, bounds)
+    require_values(scene, targets, start, bounds)
     starts, samples, max_steps = (
         whole_number(value, name, error=FitError)
         for name, value in (("starts", starts), ("samples", samples), ("max_steps", max_steps))
     )
     max_depth = depth_number(max_depth)
     targets, given = as_targets(scene, targets if targets is not None else shots_of(scene)), scene
-    scene = _near_the_first(changed(scene, shots=tuple(target.shot for target in targets)), targets)
+    left_out, what = None, ""
+    if hold_out is not None:
+        targets, left_out, what = held_out(targets, hold_out)
+    scene = near_the_first(changed(scene, shots=tuple(target.shot for target in targets)), targets)
     names, passed_over = free_parameters(scene, free, max_depth, {target.camera for target in targets})
     unknowns = list_unknowns(scene, names, bounds)
     if given.keeps_digits:
@@ -89,7 +97,7 @@ def fit(
     if footprint is None:
         footprint = scene.footprint or (samples if any_moves(unknowns) else 0)
     sampling = None if automatic else "pixel" if footprint or samples > 1 else "points"
-    footprint, samples = _able(scene, unknowns, footprint, samples)
+    footprint, samples = able(scene, unknowns, footprint, samples)
     problem, weighing = build(scene, targets, names, unknowns, first, samples, max_depth, footprint)
     compile_solver(problem, first)
     seconds_compile, ends = time.perf_counter() - begun, []
@@ -115,6 +123,8 @@ def fit(
     )
     notes = tuple(f"{name} left as it is: {why}" for name, why in passed_over)
     result = outcome(scene, targets, end, first, effects, notes)
+    if left_out is not None:
+        result = with_prediction(result, left_out, what, scene)
     if given.keeps_digits:
         whole = changed(given, shots=scene.shots)
         result = replace(result, scene=insert(whole, unknowns, best.values.astype(given.dtype)))
@@ -134,7 +144,7 @@ def _require_no_places(unknowns) -> None:
             )
 
 
-def _near_the_first(scene: Scene, targets: tuple[CheckedTarget, ...]) -> Scene:
+def near_the_first(scene: Scene, targets: tuple[CheckedTarget, ...]) -> Scene:
     """The scene as it is traced: relative to the camera of the first target, where that is far from the origin."""
     placed, _ = near(scene, scene.cameras[targets[0].camera])
     for target in targets:
@@ -148,7 +158,7 @@ def _near_the_first(scene: Scene, targets: tuple[CheckedTarget, ...]) -> Scene:
     return placed
 
 
-def _require_values(*given) -> None:
+def require_values(*given) -> None:
     """Raise `FitError` where something has no value yet, under `jit`, `grad` or `vmap`: a fit decides by values."""
     if any(map(is_traced, jax.tree.leaves(given))):
         raise FitError(
@@ -158,7 +168,7 @@ def _require_values(*given) -> None:
         )
 
 
-def _able(scene: Scene, unknowns: tuple[Unknown, ...], footprint: int, samples: int) -> tuple[int, int]:
+def able(scene: Scene, unknowns: tuple[Unknown, ...], footprint: int, samples: int) -> tuple[int, int]:
     """Footprint and samples, of which something in the scene may know points only.
 
     Raises `FitError` where what is free moves edges then: points do not see them move.

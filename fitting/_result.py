@@ -13,6 +13,8 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from ._held_out import HeldOut
+
 Status = Literal["converged", "not_converged", "not_identifiable", "interrupted"]
 
 
@@ -181,6 +183,7 @@ class FitResult:
     - `seconds_compile`, `seconds_solve`: wall-clock seconds.
     - `starts_tried`: how many starting points were solved from; the best is reported.
     - `effects`: `(name, on, why)` for each effect of the renderer.
+    - `held_out`: how well what was left out is predicted; None where nothing was.
     - `views`: one `FitView` per camera; `scene`: the fitted scene; `free`: the free names as asked for.
 
     Raises `ValueError` for an unknown status or a correlation of another shape.
@@ -207,6 +210,7 @@ class FitResult:
     at_rounding_level: bool = False
     stages: tuple[FitStage, ...] = ()
     sampling: str = "points"
+    held_out: HeldOut | None = None
 
     def __post_init__(self) -> None:
         if self.status not in get_args(Status):
@@ -249,6 +253,7 @@ class FitResult:
             "misfit": bool(self.misfit),
             "at_rounding_level": bool(self.at_rounding_level),
             "sampling": self.sampling,
+            "held_out": None if self.held_out is None else self.held_out.to_json(),
             "steps": int(self.steps),
             "starts_tried": int(self.starts_tried),
             "seconds": {"compile": _finite(self.seconds_compile), "solve": _finite(self.seconds_solve)},

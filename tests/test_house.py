@@ -46,11 +46,13 @@ LAYERS = (
     "diffwhitted.formats",
     "diffwhitted",
     "fitting._errors",
+    "fitting._held_out",
     "fitting._result",
     "fitting.problem",
     "fitting.judging",
     "fitting.solving",
     "fitting._outcome",
+    "fitting._prediction",
     "fitting._fit",
     "fitting.telling",
     "fitting.comparing",
@@ -136,14 +138,15 @@ def test_a_file_is_small_and_says_what_it_is(path):
 PUBLIC = {
     "diffwhitted": """
         Antialiased Bounded COEFFICIENTS Camera CapacityError Checker Choice ConstantBackground Derivative
-        DirectionalLight Effects Explanation FarFromOrigin GradientBackground InputError KNOBS Knob Material Measured
-        Plan Parameter Plane PointLight Polygon RayMaps Scene SceneError Settings Sphere antialias choose
-        coefficient_value decide_effects derivative explain load_scene measure parameter_value parameters
+        DirectionalLight Effects Explanation FarFromOrigin GradientBackground InputError KNOBS Knob Layers Material Measured
+        Plan Parameter Plane PointLight Polygon RayMaps Scene SceneError Settings Shot Sphere antialias choose
+        coefficient_value decide_effects derivative explain layers load_scene measure parameter_value parameters
         parse_scene plan ray_maps read_image render render_with_bound replace_coefficient replace_parameter
         save_scene scene_schema write_image
     """,
     "fitting": """
-        FitError FitResult FitStage FitStep FitView FittedCoefficient Target Tradeoff fit tradeoff tradeoff_figure
+        FitError FitResult FitStage FitStep FitView FittedCoefficient HeldOut Identification
+        Suggestion Target Tradeoff fit identify only suggest tradeoff tradeoff_figure
     """,
 }
 """What others may rely on. A change of this list is a line in CHANGELOG.md."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ._environment import set_up
+from ._folder import check_folder, saved_into
 from ._options import Depth, Footprint, Precision, PrecisionName, Samples, ScenePath
 from ._progress import Progress, safe
 
@@ -65,6 +65,24 @@ Masks = Annotated[
         show_default=False,
         help="Grey image of the target's size: 1 (white) where a pixel counts, 0 where it does not. Default: the "
         "target's alpha.",
+    ),
+]
+Only = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--only",
+        metavar="OBJECT",
+        show_default=False,
+        help="Use only pixels that see this object first, and whose neighbours do; several may be named.",
+    ),
+]
+HoldOut = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--hold-out",
+        metavar="SHOT|SHARE",
+        show_default=False,
+        help="Leave a shot, or a share of the pixels such as 20%, out of the fit, and say how well they are predicted.",
     ),
 ]
 KeepClipped = Annotated[
@@ -142,6 +160,8 @@ def fit(
     target: Targets = None,
     camera: CameraName = None,
     mask: Masks = None,
+    only: Only = None,
+    hold_out: HoldOut = None,
     keep_clipped: KeepClipped = False,
     noise: Noise = None,
     start: Start = None,
@@ -185,6 +205,10 @@ def fit(
         targets = read_targets(
             loaded, target or [], mask or [], camera, noise, note=progress.note, keep_clipped=keep_clipped
         )
+        if only:
+            from fitting.problem._only import only_these
+
+            targets = only_these(loaded, targets, only)
         loaded = with_shots(loaded, targets)
         given_start, given_bounds, true = checked_values(loaded, free, start or [], bounds or [], truth)
         check_folder(out)
@@ -201,6 +225,7 @@ def fit(
             footprint=footprint,
             max_steps=max_steps,
             coarse_to_fine=coarse_to_fine,
+            hold_out=hold_out[0] if hold_out and len(hold_out) == 1 else hold_out or None,
             on_step=lambda step: progress.step(step, starts),
         )
         progress.say("writing the report")
@@ -232,39 +257,6 @@ def checked_values(scene: Scene, free: Sequence[str], start: Sequence[str], boun
         return given_start, given_bounds, None
     names, _ = free_parameters(scene, free)
     return given_start, given_bounds, true_values(truth, scene, list_unknowns(scene, names, given_bounds))
-
-
-def saved_into(folder: Path):
-    """`save_scene`, for a file that is made elsewhere and moved to a folder: the pictures of its shots are named from
-    there.
-    """
-    from diffwhitted import save_scene
-    from diffwhitted.records import changed
-
-    def save(scene: Scene, path: Path) -> None:
-        def moved(name: str | None) -> str | None:
-            return None if name is None else os.path.join(path.parent, os.path.relpath(name, folder))
-
-        def shot_moved(shot):
-            noise = moved(shot.noise) if isinstance(shot.noise, str) else shot.noise
-            return changed(shot, picture=moved(shot.picture), mask=moved(shot.mask), noise=noise)
-
-        save_scene(changed(scene, shots=tuple(map(shot_moved, scene.shots))), path)
-
-    return save
-
-
-def check_folder(folder: Path) -> None:
-    """Raise `OutputError` now rather than after the fit where a folder cannot be written."""
-    from fitting.telling._outputs import OutputError
-
-    there = next(place for place in (folder.absolute(), *folder.absolute().parents) if place.exists())
-    if not there.is_dir():
-        raise OutputError(
-            f"cannot write {folder}: {there} is a file, and a folder is needed; choose another with --out"
-        )
-    if not os.access(there, os.W_OK | os.X_OK):
-        raise OutputError(f"cannot write {folder}: no permission in {there}; choose a folder of your own with --out")
 
 
 def print_result(result: FitResult, truth: Mapping[str, float] | None, written: Sequence[Path]) -> None:
