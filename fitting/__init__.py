@@ -10,6 +10,9 @@ if TYPE_CHECKING:
     from ._result import FitResult, FitStage, FitStep, FittedCoefficient, FitView
     from .comparing._tradeoff import Tradeoff, tradeoff
     from .comparing._tradeoff_plot import tradeoff_figure
+    from .planning._identification import Identification
+    from .planning._identify import identify
+    from .planning._suggest import Suggestion, suggest
     from .problem._only import only
     from .problem._target import Target
 
@@ -21,10 +24,14 @@ __all__ = [
     "FitView",
     "FittedCoefficient",
     "HeldOut",
+    "Identification",
+    "Suggestion",
     "Target",
     "Tradeoff",
     "fit",
+    "identify",
     "only",
+    "suggest",
     "tradeoff",
     "tradeoff_figure",
 ]
@@ -37,10 +44,14 @@ _HOMES = {
     "FitView": "_result",
     "FittedCoefficient": "_result",
     "HeldOut": "_held_out",
+    "Identification": "planning._identification",
+    "Suggestion": "planning._suggest",
     "Target": "problem._target",
     "Tradeoff": "comparing._tradeoff",
     "fit": "_fit",
+    "identify": "planning._identify",
     "only": "problem._only",
+    "suggest": "planning._suggest",
     "tradeoff": "comparing._tradeoff",
     "tradeoff_figure": "comparing._tradeoff_plot",
 }

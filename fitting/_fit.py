@@ -91,7 +91,7 @@ def fit(
     names, passed_over = free_parameters(scene, free, max_depth, {target.camera for target in targets})
     unknowns = list_unknowns(scene, names, bounds)
     if given.keeps_digits:
-        _require_no_places(unknowns)
+        require_no_places(unknowns)
     first = start_values(scene, unknowns, start)
     automatic = footprint is None and not scene.footprint and samples == 1 and not any_moves(unknowns)
     if footprint is None:
@@ -133,7 +133,7 @@ def fit(
     return with_runs(result, [end.solution for end in ends], seconds_compile)
 
 
-def _require_no_places(unknowns) -> None:
+def require_no_places(unknowns) -> None:
     """Raise `FitError` where a place is free in a scene that is far from the origin."""
     for unknown in unknowns:
         row = unknown.parameter.row

@@ -36,8 +36,9 @@ def test_blocks_are_whole_and_always_the_same():
 
 
 def test_a_shot_left_out_is_predicted_and_not_fitted():
-    """The right model: to rounding. With a lamp that was really 1.5 times as bright: the shot left out is 0.5/1.5 of its
-    light off, whatever the other says."""
+    """The right model: to rounding. With a lamp that was really 1.5 times as bright: the shot left out is half of its
+    light off, whatever the other says.
+    """
     right = fitting.fit(start(), targets(), list(TRUE), hold_out="right")
     assert right.held_out is not None and right.held_out.rounding
     assert "the pixels left out are predicted as well as the others" in right.message

@@ -54,6 +54,7 @@ LAYERS = (
     "fitting._outcome",
     "fitting._prediction",
     "fitting._fit",
+    "fitting.planning",
     "fitting.telling",
     "fitting.comparing",
     "fitting",
@@ -138,8 +139,8 @@ def test_a_file_is_small_and_says_what_it_is(path):
 PUBLIC = {
     "diffwhitted": """
         Antialiased Bounded COEFFICIENTS Camera CapacityError Checker Choice ConstantBackground Derivative
-        DirectionalLight Effects Explanation FarFromOrigin GradientBackground InputError KNOBS Knob Layers Material Measured
-        Plan Parameter Plane PointLight Polygon RayMaps Scene SceneError Settings Shot Sphere antialias choose
+        DirectionalLight Effects Explanation FarFromOrigin GradientBackground InputError KNOBS Knob Layers Material
+        Measured Plan Parameter Plane PointLight Polygon RayMaps Scene SceneError Settings Shot Sphere antialias choose
         coefficient_value decide_effects derivative explain layers load_scene measure parameter_value parameters
         parse_scene plan ray_maps read_image render render_with_bound replace_coefficient replace_parameter
         save_scene scene_schema write_image
