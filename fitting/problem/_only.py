@@ -47,7 +47,7 @@ def only(scene: Scene, camera: Camera | str, names: str | Collection[str]) -> np
     inside = np.all([wide[r : r + height, c : c + width] for r in range(3) for c in range(3)], axis=0)
     if not inside.any():
         raise FitError(
-            f"only: each pixel of the camera {called} that sees {' or '.join(names)} is at an edge; use a larger picture"
+            f"only: each pixel of the camera {called} that sees {' or '.join(names)} is at an edge; take a larger one"
         )
     return inside.astype(np.float64)
 

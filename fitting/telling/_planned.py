@@ -36,8 +36,8 @@ def planned_lines(found: Identification) -> list[str]:
         lines.append(f"The {pictures} would determine {all_of}; rank {found.rank}.")
     else:
         lines.append(
-            f"The {pictures} would not determine {', '.join(missing)} (rank {found.rank} of {count}); fix them, or add a "
-            "light or a view that shows them: --suggest light, --suggest camera."
+            f"The {pictures} would not determine {', '.join(missing)} (rank {found.rank} of {count}); fix them, or add "
+            "a light or a view that shows them: --suggest light, --suggest camera."
         )
     if pairs := found.strongest[:_MOST_PAIRS]:
         lines.append(
