@@ -3,30 +3,20 @@
 import dataclasses
 from collections import Counter
 
-import jax.numpy as jnp
 import numpy as np
 
-from diffwhitted.image import gathered
 from diffwhitted.scene import Scene
 
-from ._result import FitResult, FittedCoefficient, FitView, Status
-from .judging._evidence import evidence, robust_errors
-from .judging._identifiability import QUANTILE, Uncertainty, uncertainty
-from .judging._misfit import at_rounding_level, is_structured
-from .judging._rest import jacobian_precision, on_bound, residual_count, residual_noise, rest_share, unsettled
-from .problem._target import CheckedTarget
+from ._judged import Judged, judged
+from ._result import FitResult, FittedCoefficient, Status
+from .judging._identifiability import Uncertainty
+from .problem._target import CheckedTarget, residual_count
 from .problem._unknowns import Unknown, free_as_named, insert
 from .solving._settling import Settled
 from .solving._solve import Solution
 
-SETTLED = 1e-4
-"""Converged: the next Gauss-Newton step is below this share of the coefficient, or a 20th of its standard error."""
-RESOLVED = 4.0
-"""No standard error is below so many units in the last place of the coefficient."""
-MOSTLY = 0.8
-"""Share of a standard error from which on one cause is its main cause."""
 MISFIT = (
-    "the residual is not noise: something that is fixed is wrong or the model lacks it; the intervals are too narrow"
+    "the model does not fit: what is left over is no noise, so something that is fixed is wrong or the model lacks it"
 )
 
 
@@ -39,74 +29,37 @@ def outcome(
     notes: tuple[str, ...],
 ) -> FitResult:
     """The result of the best run; its counts of starts and seconds are filled in by the caller."""
-    best, unknowns, unit = end.solution, end.problem.unknowns, end.weighing.unit
-    residuals = residual_count(targets)
-    given, weighing = targets[0].noise is not None, end.weighing
-    noises = weighing.deviations if given or weighing.estimated else (None,) * len(targets)
-    noise = residual_noise(targets, best.loss, len(unknowns), unit, scene)
-    eps = float(jnp.finfo(scene.dtype).eps)
-    at_bound = on_bound(best.values, unknowns)
-    views = tuple(_view(t, film, scene) for t, film in zip(targets, best.films, strict=True))
-    rounding = at_rounding_level(views, eps, rest_share(scene))
-    structured = not rounding and is_structured(views, noises, len(unknowns))
-    widened = np.zeros(len(unknowns))
-    if not rounding and (structured or weighing.estimated):
-        errors = robust_errors(evidence(end.problem, targets, best.values), structured)
-        widened = weighing.slack * np.max(list(errors.values()), axis=0)
-    known = uncertainty(
-        best.factor, noise, best.values, unknowns, jacobian_precision(scene), RESOLVED * eps, best.shift, widened
-    )
-    moving = unsettled(
-        best.values, best.factor, best.remainder, known, unknowns, jacobian_precision(scene), SETTLED, 0.05
-    )
-    misfit = structured
-    if misfit:
-        notes = (MISFIT, *notes)
-    coarse = [
-        u.name
-        for u, error, shift in zip(unknowns, known.standard_error, best.shift, strict=True)
-        if shift > MOSTLY * QUANTILE * error
-    ]
-    if coarse:
-        which = ", ".join(coarse) if len(coarse) < 4 else f"{len(coarse)} coefficients"
-        notes = (
-            f"the uncertainty of {which} is mostly what the ray trees leave out of a pixel; a larger footprint "
-            "narrows it",
-            *notes,
-        )
-    if said := end.said:
-        notes = (said, *notes)
-    if np.isnan(noise):
+    best, unknowns, residuals = end.solution, end.problem.unknowns, residual_count(targets)
+    found = judged(scene, targets, end)
+    notes = (*found.notes, *notes)
+    if np.isnan(found.noise):
         notes = (
             f"there are no more residuals ({residuals}) than unknowns ({len(unknowns)}), so the noise cannot be "
             "estimated and there are no standard errors; give the noise",
             *notes,
         )
-    status, message = _status(
-        best, known, [u.name for u, moves in zip(unknowns, moving, strict=True) if moves], unknowns
-    )
-    squares = sum(float(np.sum(v.residual.astype(np.float64)[v.weight > 0] ** 2)) for v in views)
-    spread = noise * np.sqrt(residuals) * weighing.typical(targets)
+    status, message = _status(best, found, unknowns)
+    squares = sum(float(np.sum(v.residual.astype(np.float64)[v.weight > 0] ** 2)) for v in found.views)
     return FitResult(
         status=status,
         message="; ".join((message, *notes)),
-        coefficients=tuple(_coefficient(i, u, best, start, known, at_bound, unknowns) for i, u in enumerate(unknowns)),
-        correlation=known.correlation,
-        rank=known.rank,
-        rmse=float(np.sqrt(squares / residuals)),
-        noise=float(spread),
-        noise_given=given,
+        coefficients=tuple(_coefficient(i, u, found, best, start, unknowns) for i, u in enumerate(unknowns)),
+        correlation=found.known.correlation,
+        rank=found.known.rank,
+        rmse=float(np.sqrt(squares / sum(3 * int((t.mask > 0).sum()) for t in targets))),
+        noise=found.noise,
+        noise_given=targets[0].noise is not None,
         steps=len(best.history),
         history=best.history,
         seconds_compile=0.0,
         seconds_solve=0.0,
         starts_tried=1,
         effects=effects,
-        views=views,
-        scene=insert(scene, unknowns, best.values.astype(scene.dtype)),
+        views=found.views,
+        scene=insert(scene, unknowns, found.values.astype(scene.dtype)),
         free=free_as_named(scene, unknowns),
-        misfit=misfit,
-        at_rounding_level=rounding,
+        misfit=found.misfit,
+        at_rounding_level=found.at_rounding,
         stages=best.stages,
         sampling=end.sampling,
     )
@@ -125,22 +78,22 @@ def with_runs(result: FitResult, solutions: list[Solution], compiling: float) ->
     )
 
 
-def _coefficient(
-    i: int, unknown: Unknown, best: Solution, start, known: Uncertainty, at_bound, unknowns
-) -> FittedCoefficient:
+def _coefficient(i: int, unknown: Unknown, found: Judged, best: Solution, start, unknowns) -> FittedCoefficient:
+    known: Uncertainty = found.known
     sure, determined = bool(known.identifiable[i]), np.isfinite(known.standard_error[i])
+    at_bound = bool(found.at_bound[i])
     return FittedCoefficient(
         name=unknown.name,
         symbol=unknown.row.symbol,
-        value=float(best.values[i]),
+        value=float(found.values[i]),
         start=float(start[i]),
         standard_error=float(known.standard_error[i]) if determined else None,
-        interval_95=_interval(known.interval[i], unknown, bool(at_bound[i])) if determined else None,
+        interval_95=_interval(known.interval[i], unknown, at_bound) if determined else None,
         shift=float(best.shift[i]),
         identifiable=sure,
         seen=bool(known.seen[i]),
         confounded_with=tuple(unknowns[j].name for j in known.confounded[i]),
-        at_bound=bool(at_bound[i]),
+        at_bound=at_bound,
         bounds=unknown.bounds,
         unit=unknown.unit,
         moves=unknown.row.moves,
@@ -156,32 +109,20 @@ def _interval(ends: np.ndarray, unknown: Unknown, at_bound: bool) -> tuple[float
     return (lowest, high) if low - lowest < highest - high else (low, highest)
 
 
-def _status(best: Solution, known: Uncertainty, moving: list[str], unknowns) -> tuple[Status, str]:
+def _status(best: Solution, found: Judged, unknowns) -> tuple[Status, str]:
     if best.interrupted:
         return "interrupted", f"stopped on request after {len(best.history)} steps; this is the best so far"
-    if moving:
+    if found.moving:
         return "not_converged", (
-            f"not converged after {len(best.history)} steps: {', '.join(moving)} still moving; "
+            f"not converged after {len(best.history)} steps: {', '.join(found.moving)} still moving; "
             "give more steps, another start, or several starts"
         )
-    lost = [u.name for u, sure in zip(unknowns, known.identifiable, strict=True) if not sure]
+    lost = [u.name for u, sure in zip(unknowns, found.known.identifiable, strict=True) if not sure]
     if lost:
         return (
             "not_identifiable",
             f"the pictures do not determine {', '.join(lost)}; fix them, or add a view that shows them",
         )
+    if found.misfit:
+        return "misfit", f"at rest after {len(best.history)} steps, but {MISFIT}"
     return "converged", f"converged in {len(best.history)} steps"
-
-
-def _view(target: CheckedTarget, film: np.ndarray, scene: Scene) -> FitView:
-    camera = scene.cameras[target.camera]
-    render = np.asarray(gathered(film, camera.height, camera.width))
-    used = target.mask > 0
-    residual = np.where(used[..., None], render - target.image, 0).astype(np.float32)
-    return FitView(
-        target.name,
-        target.image.astype(np.float32),
-        render.astype(np.float32),
-        residual,
-        target.mask.astype(np.float32),
-    )

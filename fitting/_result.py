@@ -15,7 +15,7 @@ import numpy as np
 
 from ._held_out import HeldOut
 
-Status = Literal["converged", "not_converged", "not_identifiable", "interrupted"]
+Status = Literal["converged", "misfit", "not_converged", "not_identifiable", "interrupted"]
 
 
 def _join(names: tuple[str, ...]) -> str:
@@ -168,15 +168,17 @@ class FitView:
 class FitResult:
     """The outcome of a fit.
 
-    - `status`: `"converged"` (and every coefficient is determined), `"not_converged"`,
-      `"not_identifiable"` or `"interrupted"`; `message` says the same in a sentence.
+    - `status`: `"converged"` (and every coefficient is determined), `"misfit"` (it came to rest, but the model is wrong
+      by more than the intervals can carry), `"not_converged"`, `"not_identifiable"` or `"interrupted"`;
+      `message` says the same in a sentence.
     - `coefficients`: one `FittedCoefficient` per fitted number, p in all.
     - `correlation`: `(p, p)`, in the order of `coefficients`; NaN where it is not defined.
     - `rank`: of the Jacobian at the solution, p if everything is determined.
     - `rmse`, `noise`: linear RGB; `noise_given` is False when the noise was estimated from the residual; NaN
       where it could not be.
-    - `misfit`: the residual is not noise (neighbouring pixels agree, or it is well above the given noise), so the
-      intervals are too narrow; `at_rounding_level`: it is no more than arithmetic and solver leave over.
+    - `misfit`: the residual is not noise (neighbouring pixels agree, or it is well above the given noise), and what
+      that does to a coefficient is many times what noise would do; `at_rounding_level`: it is no more than
+      arithmetic and solver leave over.
     - `sampling`: "points" (one in the middle of each pixel) or "pixel" (the target averages over the area of each).
     - `steps`, `history`: how many steps the solver took, and one `FitStep` for each; `stages`: one `FitStage` for
       each way in which it looked at the targets, from coarse to fine.

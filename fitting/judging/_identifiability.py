@@ -5,7 +5,7 @@ pictures determine. A coefficient whose column is zero is seen by no pixel; colu
 dependent (after scaling each to length one) belong to coefficients that cannot be told apart.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +38,12 @@ class Uncertainty:
     confounded: tuple[tuple[int, ...], ...]
     correlation: np.ndarray
     rank: int
+
+    def replaced(self, error: np.ndarray, ends: np.ndarray | None, values: np.ndarray, unknowns) -> "Uncertainty":
+        """The same with other standard errors and intervals: those of the errors, or certain ends, (p, 2)."""
+        error = np.where(self.identifiable, error, np.nan)
+        interval = _intervals(values, error, unknowns) if ends is None else ends
+        return replace(self, standard_error=error, interval=interval)
 
 
 def uncertainty(

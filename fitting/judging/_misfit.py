@@ -9,6 +9,8 @@ lacks is nearly the same in neighbouring pixels and gives a large positive t. Ch
 their noise may be common. A few pixels that are far off cannot raise t: with one large product t is 1.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .._result import FitView
@@ -49,7 +51,12 @@ def is_structured(views: tuple[FitView, ...], noises: tuple[np.ndarray | None, .
             return False
         if size > TWICE**2 and size - 1 > CLEARLY * (2 / (count - unknowns)) ** 0.5:
             return True
-    products = np.concatenate([_neighbours(z) for z in scaled])
+    return neighbours_agree(scaled)
+
+
+def neighbours_agree(standard: Sequence[np.ndarray]) -> bool:
+    """Do neighbours in these pictures, (height, width, channels), agree more than independent ones would?"""
+    products = np.concatenate([_neighbours(z) for z in standard])
     return bool(products.sum() > CLEARLY * np.sqrt((products**2).sum()))
 
 

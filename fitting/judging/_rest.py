@@ -1,5 +1,7 @@
 """Is a fit at rest? The next Gauss-Newton step, with the coefficients that a bound holds left out."""
 
+from collections.abc import Sequence
+
 import jax.numpy as jnp
 import numpy as np
 
@@ -133,7 +135,7 @@ def rest_share(scene: Scene) -> float:
     return AT_REST * float(jnp.finfo(scene.dtype).eps)
 
 
-def residual_noise(targets: tuple[CheckedTarget, ...], loss: float, unknowns: int, unit: float, scene: Scene) -> float:
+def residual_noise(targets: Sequence[CheckedTarget], loss: float, unknowns: int, unit: float, scene: Scene) -> float:
     """Standard deviation of the solver's residuals, which are divided by the root of their number.
 
     Given with the targets, or else estimated from what is left over, and never below the rounding of the pictures.

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 
+import jax
 import numpy as np
 
 from diffwhitted import layers
@@ -111,7 +112,8 @@ def _moved(scene: Scene, targets, family: str, name: str, unknowns) -> Movable:
 def _with_light(scene: Scene, targets, name: str, taken: bool) -> Movable:
     """One lamp more, like the first: in all pictures, or in a picture of its own."""
     usual = next((light for light in scene.lights if isinstance(light, (PointLight, DirectionalLight))), None)
-    lamp = PointLight(np.zeros(3), np.ones(3), name=name) if usual is None else changed(usual, name=name)
+    lamp = PointLight(np.zeros(3), np.ones(3)) if usual is None else usual
+    lamp = changed(jax.tree.map(lambda a: a.astype(scene.dtype), lamp), name=name)
     before = tuple(light.name or "" for light in scene.lights)
     scene = changed(scene, lights=(*scene.lights, lamp))
     if not taken:

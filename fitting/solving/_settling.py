@@ -129,7 +129,7 @@ def estimated(
         for t, film in zip(targets, solution.films, strict=True)
     ]
     spread = [
-        within if within.any() else _bends(picture) for within, picture in zip(
+        within if within.any() else bends_of(picture) for within, picture in zip(
             within_pixels(problem, solution.values), shown, strict=True)
     ]  # fmt: skip
     used = [np.broadcast_to((t.mask > 0)[..., None], t.image.shape) for t in targets]
@@ -167,7 +167,7 @@ def _per_pixel(standard: np.ndarray) -> np.ndarray:
     return np.broadcast_to((standard**2).mean(axis=-1, keepdims=True), standard.shape)
 
 
-def _bends(picture: np.ndarray) -> np.ndarray:
+def bends_of(picture: np.ndarray) -> np.ndarray:
     """The same by what the neighbours of a pixel show, of one sample a pixel: the square of what a straight course
     through them does not follow.
     """

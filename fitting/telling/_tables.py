@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 _MOST_DECIMALS = 7
 STATUS_WORDS = {
     "converged": "Converged",
+    "misfit": "Model misfit",
     "not_converged": "Not converged",
     "not_identifiable": "Not fully determined",
     "interrupted": "Interrupted",
@@ -41,6 +42,11 @@ def status_sentence(result: FitResult) -> str:
         )
     if result.status == "interrupted":
         return "The fit was stopped from outside. The values are the best found until then, not a solution."
+    if result.status == "misfit":
+        return (
+            "The solver came to rest, but the model does not fit the pictures. The values are the best of a model that "
+            "is wrong somewhere; their intervals are as wide as the pictures ask for."
+        )
     bounded = sum(coefficient.at_bound for coefficient in result.coefficients)
     sentence = "The solver came to rest" + (
         f", and all {count} coefficients are determined by the pictures." if count > 1 else "."

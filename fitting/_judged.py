@@ -1,0 +1,152 @@
+"""What a solution is worth: standard errors, whether the model fits, and what must be said about it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import jax.numpy as jnp
+import numpy as np
+
+from diffwhitted.image import gathered
+from diffwhitted.scene import Scene
+
+from ._result import FitView
+from .judging._evidence import evidence, robust_errors
+from .judging._identifiability import QUANTILE, Uncertainty, uncertainty
+from .judging._misfit import at_rounding_level, is_structured, neighbours_agree
+from .judging._rest import jacobian_precision, on_bound, residual_noise, rest_share, unsettled
+from .problem._target import CheckedTarget, residual_count
+from .solving._by_codes import by_codes
+from .solving._settling import Settled
+
+SETTLED = 1e-4
+"""Converged: the next Gauss-Newton step is below this share of the coefficient, or a 20th of its standard error."""
+RESOLVED = 4.0
+"""No standard error is below so many units in the last place of the coefficient."""
+MOSTLY = 0.8
+"""Share of a standard error from which on one cause is its main cause."""
+SERIOUS = 6.0
+"""The model is wrong where an error that allows for it is so many times that of independent noise, and"""
+VISIBLE = 1e-3
+"""what is left over is more than this share of the picture."""
+
+
+@dataclass
+class Judged:
+    """A solution, judged."""
+
+    values: np.ndarray
+    films: tuple[np.ndarray, ...]
+    known: Uncertainty
+    at_bound: np.ndarray
+    moving: list[str]
+    """Which coefficients are not at rest."""
+    noise: float
+    """Standard deviation of the pixels, linear."""
+    views: tuple[FitView, ...]
+    at_rounding: bool
+    misfit: bool
+    notes: list[str] = field(default_factory=list)
+
+
+def judged(scene: Scene, targets: Sequence[CheckedTarget], end: Settled) -> Judged:
+    """The end of a fit, judged; where pictures are of whole numbers, by their codes."""
+    best, unknowns, weighing = end.solution, end.problem.unknowns, end.weighing
+    given, eps, precision = targets[0].noise is not None, float(jnp.finfo(scene.dtype).eps), jacobian_precision(scene)
+    noises = weighing.deviations if given or weighing.estimated else (None,) * len(targets)
+    noise = residual_noise(targets, best.loss, len(unknowns), weighing.unit, scene)
+    views = views_of(targets, best.films)
+    rounding = at_rounding_level(views, eps, rest_share(scene))
+
+    def errors_of(factor, values, shift, widened) -> Uncertainty:
+        return uncertainty(factor, noise, values, unknowns, precision, RESOLVED * eps, shift, widened)
+
+    known = errors_of(best.factor, best.values, best.shift, 0.0)
+    step = unsettled(best.values, best.factor, best.remainder, known, unknowns, precision, SETTLED, 0.05)
+    found = Judged(
+        best.values,
+        best.films,
+        known,
+        on_bound(best.values, unknowns),
+        [u.name for u, moves in zip(unknowns, step, strict=True) if moves],
+        float(noise * np.sqrt(residual_count(targets)) * weighing.typical(targets)),
+        views,
+        rounding,
+        False,
+    )
+    if said := end.said:
+        found.notes.append(said)
+    if rounding:
+        return found
+    # Where pixels are whole numbers, the cells of their codes say more than their middles.
+    codes = None if best.interrupted or end.problem.moves else by_codes(
+        end.problem, targets, best.values, best.films, known.standard_error, weighing.deviations
+    )  # fmt: skip
+    structured = (
+        is_structured(views, noises, len(unknowns))
+        if codes is None
+        else codes.standard is not None and neighbours_agree(codes.standard)
+    )
+    # Allow for residuals of unequal size, and for those that go along with their neighbours'.
+    widened, white = np.zeros(len(unknowns)), known.spread
+    if structured or (weighing.estimated and codes is None):
+        errors = robust_errors(evidence(end.problem, targets, best.values), structured)
+        widened = weighing.slack * np.max(list(errors.values()), axis=0)
+    if codes is not None:
+        found.values, found.films, found.views = codes.values, codes.films, views_of(targets, codes.films)
+        found.at_bound = on_bound(codes.values, unknowns)
+        found.known = errors_of(codes.factor, codes.values, best.shift, np.zeros(len(unknowns))).replaced(
+            np.fmax(codes.error, widened), None if structured else codes.ends, codes.values, unknowns
+        )
+        found.noise = codes.noise
+        found.notes.append(_said_of_codes(codes.ends is not None))
+    else:
+        found.known = errors_of(best.factor, best.values, best.shift, widened)
+    # Is the model wrong by more than intervals can carry?
+    with np.errstate(all="ignore"):
+        ratio = np.nanmax(np.where(known.identifiable & (white > 0), widened / white, 0), initial=0)
+    left = np.sqrt(np.mean([v.rmse**2 for v in views]))
+    size = np.sqrt(np.mean([np.mean(np.square(v.target[v.weight > 0], dtype=np.float64)) for v in views]))
+    found.misfit = bool(structured and ratio > SERIOUS and left > VISIBLE * size)
+    if structured and not found.misfit:
+        found.notes.append("what is left over goes along with its neighbours; the intervals allow for it")
+    _say_what_is_coarse(found, best.shift, unknowns)
+    return found
+
+
+def _said_of_codes(certain: bool) -> str:
+    if certain:
+        return "every pixel lies within the cell of its code: the intervals are certain bounds"
+    return "the pictures are whole numbers: each pixel counts as lying within the cell of its code"
+
+
+def _say_what_is_coarse(found: Judged, shifts: np.ndarray, unknowns) -> None:
+    """Name the coefficients whose uncertainty is that of the trees."""
+    coarse = [
+        u.name
+        for u, error, shift in zip(unknowns, found.known.standard_error, shifts, strict=True)
+        if shift > MOSTLY * QUANTILE * error
+    ]
+    if coarse:
+        which = ", ".join(coarse) if len(coarse) < 4 else f"{len(coarse)} coefficients"
+        found.notes.append(
+            f"the uncertainty of {which} is mostly what the ray trees leave out of a pixel; a larger footprint "
+            "narrows it"
+        )
+
+
+def views_of(targets: Sequence[CheckedTarget], films: Sequence[np.ndarray]) -> tuple[FitView, ...]:
+    """Target, render and residual of each target."""
+    return tuple(_view(target, film) for target, film in zip(targets, films, strict=True))
+
+
+def _view(target: CheckedTarget, film: np.ndarray) -> FitView:
+    render = np.asarray(gathered(film, *target.mask.shape))
+    used = target.mask > 0
+    residual = np.where(used[..., None], render - target.image, 0).astype(np.float32)
+    return FitView(
+        target.name,
+        target.image.astype(np.float32),
+        render.astype(np.float32),
+        residual,
+        target.mask.astype(np.float32),
+    )
