@@ -32,6 +32,7 @@ from .scene import (
     DirectionalLight,
     GradientBackground,
     Material,
+    OrthographicCamera,
     Parameter,
     Plane,
     PointLight,
@@ -48,7 +49,7 @@ from .scene import (
 from .tree import Effects, Plan, decide_effects
 
 if TYPE_CHECKING:
-    from .formats import load_scene, parse_scene, save_scene, scene_schema
+    from .formats import load_scene, parse_scene, read_cameras, save_scene, scene_schema
     from .image import read_image, write_image
 
 __all__ = [
@@ -72,6 +73,7 @@ __all__ = [
     "Layers",
     "Material",
     "Measured",
+    "OrthographicCamera",
     "Parameter",
     "Plan",
     "Plane",
@@ -97,6 +99,7 @@ __all__ = [
     "parse_scene",
     "plan",
     "ray_maps",
+    "read_cameras",
     "read_image",
     "render",
     "render_with_bound",
@@ -109,7 +112,7 @@ __all__ = [
 
 __getattr__ = lazily(
     __name__,
-    dict.fromkeys(("load_scene", "parse_scene", "save_scene", "scene_schema"), "formats")
+    dict.fromkeys(("load_scene", "parse_scene", "read_cameras", "save_scene", "scene_schema"), "formats")
     | dict.fromkeys(("read_image", "write_image"), "image"),
 )
 """Schemas of scene files and libraries of pictures wait until a file is read or written."""

@@ -13,13 +13,13 @@ from .accuracy import choose
 from .rendering._antialias import antialias as adaptive
 from .rendering._passes import recorded_with_room, render_passes, traced_passes, traced_with_room
 from .rendering._unforeseen import poisoned, unforeseen
-from .scene import Camera, Scene, depth_number, find_parameter, is_traced, near, whole_number
+from .scene import AbstractCamera, Scene, depth_number, find_parameter, is_traced, near, whole_number
 from .tree import Plan, likely_room, make_plan, unmeasured_plan
 
 
 def render(
     scene: Scene,
-    camera: Camera,
+    camera: AbstractCamera,
     *,
     plan: Plan | None = None,
     samples: int = 1,
@@ -108,7 +108,7 @@ def render(
 
 def plan(
     scene: Scene,
-    camera: Camera,
+    camera: AbstractCamera,
     *,
     free: tuple[str, ...] = (),
     max_depth: int | None = None,
@@ -134,7 +134,7 @@ def plan(
     return guess.with_capacity(int(1.1 * int(np.max(trees.descendants))))
 
 
-def _check(plan: Plan, scene: Scene, camera: Camera, traced: bool):
+def _check(plan: Plan, scene: Scene, camera: AbstractCamera, traced: bool):
     """A plan that leaves out what the scene calls for would give a wrong image, or a derivative of 0, without a word.
 
     A traced coefficient may be anything, so the plan must have its effect. Where everything is traced nothing is known.

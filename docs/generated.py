@@ -62,7 +62,11 @@ def scene_keys() -> str:
     """Each table of a scene file with its keys, from the JSON Schema."""
     schema = diffwhitted.scene_schema()
     definitions, parts = schema["$defs"], []
+    alone = {name: key for name, key in schema["properties"].items() if key.get("type") == "string"}
+    parts += ["## Above the first table", _keys({"properties": alone}, definitions)]
     for name, table in schema["properties"].items():
+        if name in alone:
+            continue
         parts += [f"## {'[[' if 'items' in table else '['}{name}{']]' if 'items' in table else ']'}"]
         items = table.get("items", table)
         kinds = [definitions[_reference(kind)] for kind in items.get("oneOf", [items])]

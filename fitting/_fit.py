@@ -122,6 +122,7 @@ def fit(
         (d.name, d.on, d.why) for d in decide_effects(scene, whole_names(scene, names), max_depth, footprint)
     )
     notes = tuple(f"{name} left as it is: {why}" for name, why in passed_over)
+    notes += tuple(remark for target in targets for remark in target.notes)
     result = outcome(scene, targets, end, first, effects, notes)
     if left_out is not None:
         result = with_prediction(result, left_out, what, scene)

@@ -140,9 +140,10 @@ PUBLIC = {
     "diffwhitted": """
         Antialiased Bounded COEFFICIENTS Camera CapacityError Checker Choice ConstantBackground Derivative
         DirectionalLight Effects Explanation FarFromOrigin GradientBackground InputError KNOBS Knob Layers Material
-        Measured Plan Parameter Plane PointLight Polygon RayMaps Scene SceneError Settings Shot Sphere antialias choose
-        coefficient_value decide_effects derivative explain layers load_scene measure parameter_value parameters
-        parse_scene plan ray_maps read_image render render_with_bound replace_coefficient replace_parameter
+        Measured OrthographicCamera Plan Parameter Plane PointLight Polygon RayMaps Scene SceneError Settings Shot
+        Sphere antialias choose coefficient_value decide_effects derivative explain layers load_scene measure
+        parameter_value parameters parse_scene plan ray_maps read_cameras read_image render render_with_bound
+        replace_coefficient replace_parameter
         save_scene scene_schema write_image
     """,
     "fitting": """
@@ -234,6 +235,16 @@ def test_a_new_kind_renders_what_its_formulas_say(strange, picture):
     expected = 0.1 + np.asarray([0.5, 0.4, 0.3]) * waves * (normal @ to_light) * arrives
     np.testing.assert_allclose(picture[11, 8], expected, rtol=2e-5)
     np.testing.assert_allclose(picture[0, 0], np.asarray([0.2, 0.3, 0.4]) * 0.5 * (1 + ways[1, 0]), rtol=1e-5)
+
+
+def test_a_new_camera_turns_crops_and_has_names(strange):
+    """A quarter of the columns right of the middle it looks to +x, a quarter of the rows below it down by 1/2."""
+    camera = jax.tree.map(jnp.asarray, strange.cameras["around"])
+    ray = camera.rays(jnp.asarray([8.0, 14.0]), jnp.asarray([9.0, 13.5]))
+    np.testing.assert_allclose(ray.direction.stacked(), [[0, 0, -1], np.asarray([2, -1, 0]) / np.sqrt(5)], atol=1e-6)
+    assert "camera.around.stretch" in [parameter.name for parameter in diffwhitted.parameters(strange)]
+    wider = diffwhitted.replace_parameter(strange, "camera.around.stretch", 4.0).cameras["around"]
+    assert (wider.width, wider.full, float(wider.stretch)) == (16, (24, 18), 4.0)
 
 
 @pytest.mark.parametrize(

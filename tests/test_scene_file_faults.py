@@ -362,6 +362,9 @@ def test_no_odd_value_ends_in_anything_but_a_scene_or_its_error(data):
         assert str(error).startswith("scene: ")
 
 
+PARALLEL = FILE.replace("vfov_deg = 61.9275", 'type = "orthographic"\nview_height = 2.5')
+
+
 def limited_keys():
     """(model, key, limit, first value past it) for each limit of a number in the schema."""
     past = {"minimum": -1, "maximum": 1, "exclusiveMinimum": 0, "exclusiveMaximum": 0}
@@ -373,12 +376,13 @@ def limited_keys():
 
 @pytest.mark.parametrize("model, key, value", list(limited_keys()))
 def test_a_limit_of_the_schema_is_a_limit_of_the_records(model, key, value):
+    file = FILE if key in FILE else PARALLEL
     table = next(
         name
         for name in ("scene", "camera", "texture", "material", "object")
-        if key in FILE[FILE.index(f"[{name}]") :].split("\n\n")[0]
+        if key in file[file.index(f"[{name}]") :].split("\n\n")[0]
     )
-    start = FILE.index(f"\n{key} = ", FILE.index(f"[{table}]"))
-    end = FILE.index("\n", start + 1)
-    message = refused(f"{FILE[:start]}\n{key} = {value:g}{FILE[end:]}")
+    start = file.index(f"\n{key} = ", file.index(f"[{table}]"))
+    end = file.index("\n", start + 1)
+    message = refused(f"{file[:start]}\n{key} = {value:g}{file[end:]}")
     assert f"{key} = {value:g}; allowed is" in message

@@ -261,7 +261,16 @@ def test_a_place_that_cannot_be_written_is_named_and_nothing_is_left_there(tmp_p
 def test_the_schema_is_plain_json_that_holds_every_table_and_coefficient():
     schema = scene_schema()
     assert json.loads(json.dumps(schema, allow_nan=False)) == schema
-    assert list(schema["properties"]) == ["scene", "camera", "light", "texture", "material", "object"]
+    assert list(schema["properties"]) == [
+        "scene",
+        "camera",
+        "light",
+        "texture",
+        "material",
+        "object",
+        "shot",
+        "cameras",
+    ]
     assert schema["additionalProperties"] is False and "$schema" in schema
     material = schema["$defs"]["MaterialEntry"]["properties"]
     for row in COEFFICIENTS:

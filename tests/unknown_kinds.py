@@ -1,4 +1,4 @@
-"""A shape, a light, a texture, a background, a coefficient and an effect that the package does not have.
+"""A shape, a light, a texture, a background, a camera, a coefficient and an effect that the package does not have.
 
 Each is one class or one row, as a person would write it on the first day: without a footprint.
 """
@@ -12,20 +12,23 @@ import numpy as np
 from jaxtyping import Array, Float
 
 import diffwhitted as dw
-from diffwhitted.geometry import AbstractSurfaces
+from diffwhitted.geometry import AbstractSurfaces, Ray
 from diffwhitted.numerics._safe import length, normalise, safe_divide
 from diffwhitted.numerics._vector import Vec3, dot, vec3
 from diffwhitted.records import Row, read_rows
 from diffwhitted.scene import (
     BACKGROUNDS,
+    CAMERAS,
     LIGHTS,
     OBJECTS,
     TEXTURES,
     AbstractBackground,
+    AbstractCamera,
     AbstractLight,
     AbstractTexture,
     including_coefficient,
 )
+from diffwhitted.scene.cameras import PRINCIPAL_POINT, VIEW
 from diffwhitted.shapes import AbstractObject
 from diffwhitted.tree import Effect, including_effect
 
@@ -142,6 +145,51 @@ class Dawn(AbstractBackground):
         return np.asarray(self.colour, np.float64)
 
 
+class Panorama(AbstractCamera):
+    """All around: a column is an angle, a row a height on a cylinder."""
+
+    TYPE: ClassVar[str] = "panorama"
+    ROWS: ClassVar[tuple[Row, ...]] = (
+        *VIEW,
+        PRINCIPAL_POINT,
+        Row(
+            "stretch",
+            "number",
+            "Height of the picture on a cylinder of radius 1.",
+            lowest=0,
+            excluded=True,
+            scale="log",
+        ),
+    )
+
+    look_from: Float[Array, "3"]
+    look_at: Float[Array, "3"]
+    up: Float[Array, "3"]
+    principal_point: Float[Array, "2"] | None
+    stretch: Float[Array, ""]
+    width: int = eqx.field(static=True)
+    height: int = eqx.field(static=True)
+    full: tuple = eqx.field(static=True)
+    crop: tuple | None = eqx.field(static=True)
+
+    def __init__(
+        self, look_from, look_at, stretch, width, height, up=(0, 1, 0), principal_point=None, crop=None, place="camera"
+    ):
+        self._stand(place, look_from, look_at, up, width, height, principal_point, crop)
+        read_rows(self, place, stretch=stretch)
+
+    def through(self, column, row):
+        position, ahead, right, top = self.axes()
+        angle = 2 * jnp.pi * (column / self.full[0] - 0.5)
+        _, upwards = self.offset(column, row, self.stretch)
+        direction = normalise(ahead * jnp.cos(angle) + right * jnp.sin(angle) + top * upwards)
+        return Ray(position * jnp.ones_like(direction.x), direction)
+
+    def apart(self, origin):
+        angle = self.stretch / self.full[1]
+        return length(origin - vec3(self.look_from)) * angle, angle * jnp.ones_like(origin.x)
+
+
 GLOW_ROW = Row(
     "k_e", "number or colour", "light of its own", symbol="k_e", default=0.0, lowest=0.0, fit_bounds=(0.0, 1.0)
 )
@@ -159,7 +207,8 @@ GLOW = Effect(
 def known():
     """All of them, for the length of a `with` block."""
     with ExitStack() as stack:
-        for registry, kind in ((OBJECTS, Disc), (LIGHTS, Beacon), (TEXTURES, Ripples), (BACKGROUNDS, Dawn)):
+        kinds = (OBJECTS, Disc), (LIGHTS, Beacon), (TEXTURES, Ripples), (BACKGROUNDS, Dawn), (CAMERAS, Panorama)
+        for registry, kind in kinds:
             stack.enter_context(registry.including(kind))
         stack.enter_context(including_coefficient(GLOW_ROW))
         stack.enter_context(including_effect(GLOW))
@@ -175,6 +224,15 @@ look_at = [0, 0, 0]
 vfov_deg = 40
 width = 24
 height = 18
+[[camera]]
+name = "around"
+type = "panorama"
+look_from = [0, 1, 5]
+look_at = [0, 1, 0]
+stretch = 2
+width = 24
+height = 18
+crop = [4, 0, 16, 18]
 [[light]]
 type = "beacon"
 name = "tower"

@@ -11,7 +11,7 @@ import numpy as np
 
 from .._errors import InputError
 from ..records import changed
-from ..scene import Camera, Scene, float_dtype, is_traced
+from ..scene import AbstractCamera, Scene, float_dtype, is_traced
 from ._knobs import Settings
 from ._reference import Reference, reference, rmse
 from ._survey import Candidate, cheapest, survey
@@ -63,7 +63,7 @@ class Choice:
         return self.measured.settings
 
 
-def measure(scene: Scene, camera: Camera, settings: Settings) -> Measured:
+def measure(scene: Scene, camera: AbstractCamera, settings: Settings) -> Measured:
     """Render a scene with settings: the image of `render(scene, camera, **settings.options())`, its rays and its time.
 
     Raises `SceneError` for float64 where JAX is not set up for it, and `CapacityError` as `render` does.
@@ -73,7 +73,7 @@ def measure(scene: Scene, camera: Camera, settings: Settings) -> Measured:
 
 def choose(
     scene: Scene,
-    camera: Camera,
+    camera: AbstractCamera,
     *,
     tolerance: float | None = None,
     time_budget: float | None = None,

@@ -18,7 +18,7 @@ from ..numerics._kept import kept
 from ..numerics._workers import processors, side_by_side
 from ..rendering._antialias import antialias, compile_antialias
 from ..rendering._radiance_bound import most_beyond
-from ..scene import DEEPEST, Camera, Scene, Tables, near
+from ..scene import DEEPEST, AbstractCamera, Scene, Tables, near
 from ..tree import (
     Beyond,
     Plan,
@@ -58,7 +58,7 @@ class Tracer:
     Raises `CapacityError` where the tree of one ray outgrows the room.
     """
 
-    def __init__(self, scene: Scene, camera: Camera, pass_of: int | None = None):
+    def __init__(self, scene: Scene, camera: AbstractCamera, pass_of: int | None = None):
         self.scene, self.camera = near(scene, camera)
         side = None if pass_of is None else int(np.ceil(pass_of**0.5))
         self._sized = self.camera if side is None else self.camera.resized(side, side)
@@ -262,7 +262,7 @@ def _dealt(plan: Plan, column: np.ndarray, row: np.ndarray, count: int) -> list[
 @kept
 def _pass(
     tables: Tables,
-    camera: Camera,
+    camera: AbstractCamera,
     plan: Plan,
     corners: Corners,
     places,

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..rendering._passes import trace_samples
-from ..scene import Camera, Scene
+from ..scene import AbstractCamera, Scene
 from ..tree import Plan, effect_rows, tables_of
 from ._programs import Program, compiled, share_without, timed
 from ._work import Work, work_of, work_programs
@@ -45,7 +45,7 @@ class PictureCost:
 
 
 def picture_cost(
-    scene: Scene, camera: Camera, plan: Plan, on: Collection[str], say: Callable[[str], None]
+    scene: Scene, camera: AbstractCamera, plan: Plan, on: Collection[str], say: Callable[[str], None]
 ) -> PictureCost:
     """Measure the picture, the picture without each effect of `on`, and the parts of its work."""
     say("the whole picture")
@@ -72,7 +72,7 @@ def picture_cost(
     )
 
 
-def _picture(scene: Scene, camera: Camera, plan: Plan) -> tuple[Program, int]:
+def _picture(scene: Scene, camera: AbstractCamera, plan: Plan) -> tuple[Program, int]:
     """The picture as `render` traces it, with room for its rays, and how many they are."""
     tables, plan = tables_of(scene, plan), plan.program
     inputs = [(tables, number) for number in jnp.arange(plan.passes, dtype=jnp.int32)]

@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from ..scene import Camera, Scene, depth_number, find_parameter, near
+from ..scene import AbstractCamera, Scene, depth_number, find_parameter, near
 from ..tree import decide_effects, make_plan
 from ._effects import EffectCost, PictureCost, picture_cost
 from ._rays import RayCounts, count_rays
@@ -43,7 +43,7 @@ class Explanation:
 
 def explain(
     scene: Scene,
-    camera: Camera,
+    camera: AbstractCamera,
     *,
     free: Collection[str] = (),
     max_depth: int | None = None,

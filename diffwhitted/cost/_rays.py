@@ -13,7 +13,7 @@ from ..numerics._vector import Vec3
 from ..records import member, member_count
 from ..rendering._antialias import antialias
 from ..rendering._passes import recorded_with_room
-from ..scene import Camera, Scene, Tables, depth_number, near
+from ..scene import AbstractCamera, Scene, Tables, depth_number, near
 from ..tree import (
     BRANCH_NAMES,
     Plan,
@@ -63,7 +63,7 @@ class RayMaps:
     """Of that antialiasing."""
 
 
-def ray_maps(scene: Scene, camera: Camera, *, max_depth: int | None = None, threshold: float = 0.1) -> RayMaps:
+def ray_maps(scene: Scene, camera: AbstractCamera, *, max_depth: int | None = None, threshold: float = 0.1) -> RayMaps:
     """Where a picture spends its rays.
 
     `threshold` is that of `antialias`. Raises `SceneError` for a max_depth or a threshold that is none.
@@ -79,7 +79,9 @@ def ray_maps(scene: Scene, camera: Camera, *, max_depth: int | None = None, thre
     return RayMaps(rays.reshape(shape), depth.reshape(shape), squares, threshold)
 
 
-def count_rays(scene: Scene, camera: Camera, free: Collection[str], max_depth: int | None) -> tuple[RayCounts, int]:
+def count_rays(
+    scene: Scene, camera: AbstractCamera, free: Collection[str], max_depth: int | None
+) -> tuple[RayCounts, int]:
     """The rays, and the room that a plan needs for them."""
     depth = scene.max_depth if max_depth is None else max_depth
     shadows = any(d.name == "shadows" and d.on for d in decide_effects(scene, free, depth))
@@ -98,14 +100,16 @@ def count_rays(scene: Scene, camera: Camera, free: Collection[str], max_depth: i
     return counts, int((kept & (level > 1)).sum(axis=1).max())
 
 
-def _recorded(scene: Scene, camera: Camera, free: Collection[str], max_depth: int | None) -> tuple[Plan, Record]:
+def _recorded(
+    scene: Scene, camera: AbstractCamera, free: Collection[str], max_depth: int | None
+) -> tuple[Plan, Record]:
     """The trees of the picture, without what lights see."""
     plan = make_plan(scene, camera, free=free, max_depth=depth_number(max_depth), capacity=likely_room(camera))
     plan = replace(plan, effects=plan.effects.switched(shadows=False, tinted_shadows=False))
     return recorded_with_room(scene, camera, plan)
 
 
-def are_rays(camera: Camera, plan: Plan, trees: Record) -> np.ndarray:
+def are_rays(camera: AbstractCamera, plan: Plan, trees: Record) -> np.ndarray:
     """Which slots (passes, slots) of recorded trees hold a ray: not those past the picture or past the tree's end."""
     slot = np.arange(plan.slots)
     inside = pixel_of(plan, np.arange(plan.passes)[:, None], slot) < camera.width * camera.height
@@ -117,7 +121,7 @@ def _by_kind(kind: np.ndarray) -> dict[str, int]:
     return dict(zip(BRANCH_NAMES, map(int, np.bincount(kind, minlength=len(BRANCH_NAMES))), strict=True))
 
 
-def _shadow_rays(scene: Scene, camera: Camera, plan: Plan, trees: Record, counted: np.ndarray) -> int:
+def _shadow_rays(scene: Scene, camera: AbstractCamera, plan: Plan, trees: Record, counted: np.ndarray) -> int:
     """Lit points times lights: the sum of a picture to which each of them sends exactly 1, and every ray carries all
     of it.
     """
@@ -129,7 +133,7 @@ def _shadow_rays(scene: Scene, camera: Camera, plan: Plan, trees: Record, counte
 
 
 @eqx.filter_jit
-def _lit_points(tables: Tables, camera: Camera, trees: Record, plan: Plan):
+def _lit_points(tables: Tables, camera: AbstractCamera, trees: Record, plan: Plan):
     def lamps(tables: Tables, plan: Plan, nodes, at, needed) -> Vec3:
         """The number of lights that are before the surface."""
         there, total = (nodes.primitive >= 0).astype(at.point.dtype), jnp.zeros_like(at.point.x)

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..scene import Camera, Scene
+from ..scene import AbstractCamera, Scene
 from ..tree import Plan, grid, record, replay, sample_places, tables_of
 from ._programs import Program, compiled
 
@@ -35,7 +35,7 @@ def work_of(whole: np.ndarray, search: np.ndarray, walk: np.ndarray) -> Work:
     return Work(overhead, 1 - overhead - shading, shading)
 
 
-def work_programs(scene: Scene, camera: Camera, plan: Plan) -> dict[str, Program]:
+def work_programs(scene: Scene, camera: AbstractCamera, plan: Plan) -> dict[str, Program]:
     """Two parts of the picture as programs: the search and all that it needs, and the way along known rays alone."""
     places = sample_places(plan.side, scene.dtype)
     tables, plan = tables_of(scene, plan), plan.program

@@ -1,4 +1,4 @@
-"""Registries: the one list of the kinds of a family (shapes, lights, textures, backgrounds).
+"""Registries: the one list of the kinds of a family (shapes, lights, textures, backgrounds, cameras).
 
 A new kind is a class that fulfils the family's contract, and one line in the family's list. All that files, pictures,
 bounds, fits and explanations ask of a kind, they ask of its class: nothing outside a registry asks which kind a

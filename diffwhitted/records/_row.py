@@ -16,7 +16,9 @@ from ._scale import SCALES, Scale, ScaleName
 REQUIRED: Final = object()
 """In place of a default: the key must be stated."""
 
-Kind = Literal["number", "vector", "direction", "colour", "number or colour", "vectors", "colours", "text", "choice"]
+Kind = Literal[
+    "number", "vector", "direction", "colour", "number or colour", "numbers", "vectors", "colours", "text", "choice"
+]
 Moves = Literal["nothing", "patterns", "shadows", "rays"]
 Freedom = Literal["each", "turn", "roll", "flat"]
 
@@ -70,7 +72,8 @@ class Row:
     """Of a turn: the key of the point from which the direction goes to this one. Of a roll: two keys, "FROM TO", of the
     points between which the axis runs."""
     parts: tuple[str, ...] = ()
-    """Names of its numbers, where r, g, b of a colour or x, y, z of a vector do not fit."""
+    """Names of its numbers, where r, g, b of a colour or x, y, z of a vector do not fit. Of the kind "numbers": one for
+    each of them."""
 
     @property
     def numeric(self) -> bool:
@@ -124,7 +127,8 @@ class Row:
 
     def read(self, value, place: str):
         """`value` as an array of this row, or `SceneError` naming the place, the value and what is allowed."""
-        shapes = _SHAPES[self.kind] if self.kind in _SHAPES else ((entries(value), 3),)
+        listed = ((len(self.parts),),) if self.kind == "numbers" else ((entries(value), 3),)
+        shapes = _SHAPES.get(self.kind, listed)
         array = number_array(value, place, self.name, shapes)
         if self.allowed():
             require(self.holds, place, self.name, array, self.allowed())

@@ -16,7 +16,7 @@ from jaxtyping import Array, Float, Int
 
 from .._errors import SceneError
 from ..numerics._kept import kept
-from ..scene import Camera, Scene, Tables, depth_number, near
+from ..scene import AbstractCamera, Scene, Tables, depth_number, near
 from ..tree import Plan, Samples, likely_room, make_plan, tables_of, trace_beside_small
 from ._sample_lists import packed_pass, traced_list
 
@@ -39,7 +39,7 @@ class Antialiased:
 
 def antialias(
     scene: Scene,
-    camera: Camera,
+    camera: AbstractCamera,
     threshold: float,
     *,
     levels: int = LEVELS,
@@ -80,7 +80,7 @@ def antialias(
 
 
 def compile_antialias(
-    scene: Scene, camera: Camera, *, max_depth: int | None = None, cutoff: float | None = None
+    scene: Scene, camera: AbstractCamera, *, max_depth: int | None = None, cutoff: float | None = None
 ) -> None:
     """Compile the program of `antialias`, which is kept, without tracing a picture."""
     scene, camera, plan = _prepared(scene, camera, max_depth, cutoff)
@@ -89,7 +89,9 @@ def compile_antialias(
     _pass.lower(tables, camera, plan.program, packed_pass(plan, corner, corner, 1.0, scene.dtype)).compile()
 
 
-def _prepared(scene: Scene, camera: Camera, max_depth: int | None, cutoff: float | None) -> tuple[Scene, Camera, Plan]:
+def _prepared(
+    scene: Scene, camera: AbstractCamera, max_depth: int | None, cutoff: float | None
+) -> tuple[Scene, AbstractCamera, Plan]:
     """Scene and camera as they are traced, and the plan. The corners are a picture of one more row and column."""
     scene = scene.with_cutoff(cutoff)
     scene, camera = near(scene, camera)
@@ -114,7 +116,7 @@ def check_threshold(threshold) -> None:
 class _Tracer:
     """Colours at places of the finest lattice; counts what it traces."""
 
-    def __init__(self, scene: Scene, camera: Camera, plan: Plan, finest: int):
+    def __init__(self, scene: Scene, camera: AbstractCamera, plan: Plan, finest: int):
         self.program, self.plan, self.finest, self.dtype = (
             partial(_pass, tables_of(scene, plan), camera, plan.program),
             plan,
@@ -182,7 +184,7 @@ class Squares:
 
 @kept
 def _pass(
-    tables: Tables, camera: Camera, plan: Plan, samples: Samples
+    tables: Tables, camera: AbstractCamera, plan: Plan, samples: Samples
 ) -> tuple[Float[Array, "4 pixels"], Int[Array, ""]]:
     """One pass: colour, and how much light comes along rays that pass by something small; and the number of
     descendants.

@@ -20,7 +20,7 @@ from .._errors import SceneError
 from ..image import gathered
 from ..numerics._kept import kept
 from ..numerics._workers import side_by_side
-from ..scene import Camera, Scene, Tables, depth_number, marks_of, near, nearest_name, tabulate
+from ..scene import AbstractCamera, Scene, Tables, depth_number, marks_of, near, nearest_name, tabulate
 from ..tree import Plan, Samples, grid, likely_room, make_plan, record, replay, sample_places
 from ._sample_lists import film_of, traced_list
 
@@ -45,7 +45,7 @@ class Derivative:
 def derivative(
     make: Callable[[Float[Array, "..."]], Scene],
     value,
-    camera: Camera | str,
+    camera: AbstractCamera | str,
     *,
     free: tuple[str, ...] = (),
     max_depth: int | None = None,
@@ -105,7 +105,7 @@ def derivative(
     return Derivative(image.reshape(*picture, 3), slope.reshape(*picture, 3), refined.reshape(picture), rays)
 
 
-def _regular(plan: Plan, camera: Camera) -> list[Samples]:
+def _regular(plan: Plan, camera: AbstractCamera) -> list[Samples]:
     """The passes of the whole picture, for each of the trees of a pixel."""
     places = sample_places(plan.side, camera.look_from.dtype)
     return [grid(plan, camera, jnp.int32(number), place) for place in places for number in range(plan.passes)]
@@ -118,7 +118,7 @@ def _largest(slope: np.ndarray) -> np.ndarray:
     return np.sort(np.argpartition(-size, most - 1)[:most]) if most else np.zeros(0, int)
 
 
-def _seen_by(scene: Scene, camera: Camera | str) -> Camera:
+def _seen_by(scene: Scene, camera: AbstractCamera | str) -> AbstractCamera:
     """The camera itself. Raises `SceneError` for a name that the scene does not have."""
     if not isinstance(camera, str):
         return camera
@@ -128,7 +128,7 @@ def _seen_by(scene: Scene, camera: Camera | str) -> Camera:
     return scene.cameras[camera]
 
 
-def _camera(scene: Scene, tangent, asked: Camera | str, placed: Camera) -> tuple[Camera, Any]:
+def _camera(scene: Scene, tangent, asked: AbstractCamera | str, placed: AbstractCamera) -> tuple[AbstractCamera, Any]:
     """The camera, and how it changes; one that is none of the scene's, `placed` near the scene, does not."""
     if isinstance(asked, str):
         return scene.cameras[asked], tangent.cameras[asked]
@@ -136,7 +136,7 @@ def _camera(scene: Scene, tangent, asked: Camera | str, placed: Camera) -> tuple
 
 
 @kept
-def _pass(seen: tuple[Tables, Camera], change, plan: Plan, samples: Samples):
+def _pass(seen: tuple[Tables, AbstractCamera], change, plan: Plan, samples: Samples):
     """One pass of tables and camera: value and derivative (2, 3, pixels), and the number of descendants."""
     tree = record(*seen, plan, samples)
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..geometry import NOTHING, Departure, Shapes, nearest, surface_at
 from ..numerics._kept import kept
-from ..scene import Camera, Scene, near, numbered_objects, tabulate
+from ..scene import AbstractCamera, Scene, near, numbered_objects, tabulate
 
 RAYS = 2**18
 """At a time."""
@@ -42,7 +42,7 @@ class Layers:
         }
 
 
-def layers(scene: Scene, camera: Camera) -> Layers:
+def layers(scene: Scene, camera: AbstractCamera) -> Layers:
     """Depth, normal and object of what the ray through the middle of each pixel meets first, whatever it is made of.
 
     Not for traced values: nothing here has a derivative.
@@ -62,7 +62,7 @@ def layers(scene: Scene, camera: Camera) -> Layers:
 
 
 @kept
-def _first_hits(shapes: Shapes, camera: Camera, pixel):
+def _first_hits(shapes: Shapes, camera: AbstractCamera, pixel):
     """Depth, normal (3, n) and object of the rays through the middle of these pixels."""
     column, row = camera.place(pixel, jnp.full(2, 0.5, camera.look_from.dtype))
     ray = camera.rays(column, row)

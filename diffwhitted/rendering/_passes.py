@@ -9,12 +9,17 @@ from jaxtyping import Array, Float, Int
 from ..image import gathered
 from ..numerics._kept import kept
 from ..numerics._workers import side_by_side
-from ..scene import Camera, Scene, Tables
+from ..scene import AbstractCamera, Scene, Tables
 from ..tree import Beyond, Plan, Record, film_of, grid, record, replay, sample_places, tables_of, trace
 
 
 def trace_samples(
-    tables: Tables, camera: Camera, plan: Plan, number: Int[Array, ""], samples: int = 1, beyond: Beyond | None = None
+    tables: Tables,
+    camera: AbstractCamera,
+    plan: Plan,
+    number: Int[Array, ""],
+    samples: int = 1,
+    beyond: Beyond | None = None,
 ):
     """One pass of the picture, (3, plan.pass_pixels), and for each sample how many rays other than camera rays it
     takes.
@@ -35,12 +40,12 @@ trace_pass = kept(trace_samples)
 """The same as one compiled program; its plan is without names (see `Plan.program`)."""
 
 
-def lowered_pass(scene: Scene, camera: Camera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):
+def lowered_pass(scene: Scene, camera: AbstractCamera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):
     """The program of `traced_passes`, lowered: to be compiled ahead of the first pass, or looked at."""
     return trace_pass.lower(tables_of(scene, plan), camera, plan.program, jnp.int32(0), samples, beyond)
 
 
-def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
+def render_passes(scene: Scene, camera: AbstractCamera, plan: Plan, samples: int = 1):
     """The image (height, width, 3), differentiable, and whether the tree of one ray outgrew the plan's room.
 
     For traced values: a pass that needs more room is traced in parts, so that the picture is right all the same.
@@ -49,7 +54,7 @@ def render_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1):
 
 
 @eqx.filter_jit
-def _render_passes(tables: Tables, camera: Camera, plan: Plan, samples: int):
+def _render_passes(tables: Tables, camera: AbstractCamera, plan: Plan, samples: int):
     def one_sample(number, place):
         light, lost = film_of(plan, (tables, camera, grid(plan, camera, number, place)))
         return light.stacked(axis=0), lost
@@ -63,19 +68,19 @@ def _render_passes(tables: Tables, camera: Camera, plan: Plan, samples: int):
     return gathered(film, camera.height, camera.width), lost.any()
 
 
-def traced_passes(scene: Scene, camera: Camera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):
+def traced_passes(scene: Scene, camera: AbstractCamera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):
     """The image, side by side on all processors, and the rays other than camera rays of each pass and sample."""
     return _traced_passes(tables_of(scene, plan), camera, plan.program, samples, beyond)
 
 
-def _traced_passes(tables: Tables, camera: Camera, plan: Plan, samples: int, beyond: Beyond | None):
+def _traced_passes(tables: Tables, camera: AbstractCamera, plan: Plan, samples: int, beyond: Beyond | None):
     passes = side_by_side(
         lambda number: trace_pass(tables, camera, plan, number, samples, beyond), list(_pass_numbers(plan))
     )
     return _assembled(passes, camera)
 
 
-def traced_with_room(scene: Scene, camera: Camera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):
+def traced_with_room(scene: Scene, camera: AbstractCamera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):
     """The same with as much room as the rays turn out to need."""
     tables, plan = tables_of(scene, plan), plan.program
     while True:
@@ -87,24 +92,24 @@ def traced_with_room(scene: Scene, camera: Camera, plan: Plan, samples: int = 1,
 
 
 @eqx.filter_jit
-def _assembled(passes, camera: Camera):
+def _assembled(passes, camera: AbstractCamera):
     film, needed = (jnp.stack(part) for part in zip(*passes, strict=True))
     return gathered(film, camera.height, camera.width), needed
 
 
-def record_passes(scene: Scene, camera: Camera, plan: Plan, place=None) -> Record:
+def record_passes(scene: Scene, camera: AbstractCamera, plan: Plan, place=None) -> Record:
     """The recorded trees of all passes, stacked."""
     return _record_passes(tables_of(scene, plan), camera, plan.program, _centre(scene) if place is None else place)
 
 
 @kept
-def _record_passes(tables: Tables, camera: Camera, plan: Plan, place) -> Record:
+def _record_passes(tables: Tables, camera: AbstractCamera, plan: Plan, place) -> Record:
     return jax.lax.map(
         lambda number: record(tables, camera, plan, grid(plan, camera, number, place)), _pass_numbers(plan)
     )
 
 
-def recorded_with_room(scene: Scene, camera: Camera, plan: Plan) -> tuple[Plan, Record]:
+def recorded_with_room(scene: Scene, camera: AbstractCamera, plan: Plan) -> tuple[Plan, Record]:
     """The same, and the plan with as much room as they turn out to need."""
     while True:
         trees = record_passes(scene, camera, plan)
@@ -115,7 +120,7 @@ def recorded_with_room(scene: Scene, camera: Camera, plan: Plan) -> tuple[Plan, 
 
 
 def replay_passes(
-    scene: Scene, camera: Camera, trees: Record, plan: Plan, place=None
+    scene: Scene, camera: AbstractCamera, trees: Record, plan: Plan, place=None
 ) -> Float[Array, "height width 3"]:
     """The image of recorded trees, differentiable in `scene` and `camera`."""
     place = _centre(scene) if place is None else place
@@ -123,7 +128,7 @@ def replay_passes(
 
 
 @eqx.filter_jit
-def _replay_passes(tables: Tables, camera: Camera, trees: Record, plan: Plan, place):
+def _replay_passes(tables: Tables, camera: AbstractCamera, trees: Record, plan: Plan, place):
     def one_pass(inputs):
         number, tree = inputs
         return replay(tables, camera, tree, plan, grid(plan, camera, number, place)).stacked(axis=0)

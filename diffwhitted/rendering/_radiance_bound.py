@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..numerics._vector import vec3
-from ..scene import DEEPEST, Camera, Scene, numbered_objects
+from ..scene import DEEPEST, AbstractCamera, Scene, numbered_objects
 from ..shapes import AbstractObject
 from ..tree import Beyond, Plan, effect_rows
 
@@ -24,7 +24,7 @@ MOST_PAIRS = 2048
 """Of more objects than that, it is not asked which pairs lie apart: any may meet any."""
 
 
-def most_beyond(scene: Scene, camera: Camera, plan: Plan) -> Beyond:
+def most_beyond(scene: Scene, camera: AbstractCamera, plan: Plan) -> Beyond:
     """The most light that can come along a ray that leaves each object, for the tracer; infinite past the largest
     number of its precision.
     """
@@ -32,7 +32,7 @@ def most_beyond(scene: Scene, camera: Camera, plan: Plan) -> Beyond:
         return Beyond(*(vec3(jnp.asarray(side.astype(scene.dtype))) for side in radiance_bounds(scene, camera, plan)))
 
 
-def radiance_bounds(scene: Scene, camera: Camera, plan: Plan) -> np.ndarray:
+def radiance_bounds(scene: Scene, camera: AbstractCamera, plan: Plan) -> np.ndarray:
     """Most radiance that comes along a ray that leaves each object, outwards and inwards: (2, objects, 3), linear RGB.
 
     Of trees of up to `DEEPEST` levels. Infinite where a kind of light, texture, background or effect states no bound.
@@ -54,7 +54,7 @@ def radiance_bounds(scene: Scene, camera: Camera, plan: Plan) -> np.ndarray:
     within = np.where(dark[:, None], ambient, local)
     # Find what a ray may meet next, and where total internal reflection is possible.
     near, others = bodies.near(), ~np.eye(len(objects), dtype=bool)
-    alone = bodies.round & ~(near & others).any(axis=1) & ~bodies.holding(np.asarray(camera.look_from, np.float64))
+    alone = bodies.round & ~(near & others).any(axis=1) & ~bodies.holding(*camera.starts())
     everything = plan.effects.total_internal_reflection and plan.total_reflection_is_full
     total = (everything & k_t.any(axis=1) & ~alone)[:, None]
     # Let the bounds grow level by level.
@@ -143,9 +143,9 @@ class _Bodies:
             tuple(k for k, thing in enumerate(objects) if thing.half_space() is not None),
         )
 
-    def holding(self, place: np.ndarray) -> np.ndarray:
-        """May a point lie inside each body, or on it?"""
-        return ~(np.linalg.norm(self.middle - place, axis=1) > self.radius)
+    def holding(self, place: np.ndarray, radius: float = 0.0) -> np.ndarray:
+        """May a point, or some point of a ball around it, lie inside each body, or on it?"""
+        return ~(np.linalg.norm(self.middle - place, axis=1) > self.radius + radius)
 
     def outside_of(self, light) -> np.ndarray:
         """Is it certain that a light stands outside of each body?"""

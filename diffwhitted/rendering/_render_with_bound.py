@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..scene import Camera, Scene, depth_number, near, whole_number
+from ..scene import AbstractCamera, Scene, depth_number, near, whole_number
 from ..tree import likely_room, make_plan
 from ._passes import traced_with_room
 from ._radiance_bound import most_beyond
@@ -29,7 +29,7 @@ class Bounded:
 
 def render_with_bound(
     scene: Scene,
-    camera: Camera,
+    camera: AbstractCamera,
     *,
     samples: int = 1,
     max_depth: int | None = None,

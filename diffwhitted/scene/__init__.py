@@ -2,7 +2,6 @@
 
 from ..records import DEEPEST, Row, depth_number, is_traced, nearest_name, shortest, whole_number
 from ..shapes import OBJECTS, AbstractObject, Plane, Polygon, Sphere
-from ._camera import Camera
 from ._coefficients import BY_NAME, COEFFICIENTS, coefficients, including_coefficient
 from ._material import HIGHLIGHTS, HighlightModel, Material, textured_rows
 from ._names import coefficient_value, replace_coefficient
@@ -20,17 +19,18 @@ from ._scene import Precision, Scene, ShadowModel, TotalReflection, check_footpr
 from ._shot import TEXTS, PixelFilter, Shot
 from ._tables import Marks, Tables, marks_of, material_names, numbered_objects, tabulate, texture_names
 from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground, GradientBackground
+from .cameras import CAMERAS, VIEW, AbstractCamera, Camera, OrthographicCamera
 from .lights import LIGHTS, AbstractLight, DirectionalLight, PointLight
 from .textures import TEXTURES, AbstractTexture, Checker
 
 __all__ = [
-    "BACKGROUNDS", "BY_NAME", "COEFFICIENTS", "DEEPEST", "FAMILIES", "HIGHLIGHTS", "LIGHTS", "OBJECTS", "TEXTS",
-    "TEXTURES", "WITHOUT_NAME", "AbstractBackground", "AbstractLight", "AbstractObject", "AbstractTexture", "Camera",
-    "Checker", "ConstantBackground", "DirectionalLight", "GradientBackground", "HighlightModel", "Marks", "Material",
-    "Parameter", "PixelFilter", "Plane", "PointLight", "Polygon", "Precision", "Row", "Scene",
-    "ShadowModel", "Shot", "Sphere", "Tables", "TotalReflection", "check_footprint", "coefficient_value",
-    "coefficients", "depth_number", "find_parameter", "float_dtype", "including_coefficient", "is_traced", "marks_of",
-    "material_names", "near", "nearest_name", "numbered_objects", "parameter_value", "parameters",
-    "replace_coefficient", "replace_parameter", "shortest", "tabulate", "texture_names", "textured_rows",
-    "whole_number",
+    "AbstractBackground", "AbstractCamera", "AbstractLight", "AbstractObject", "AbstractTexture", "BACKGROUNDS",
+    "BY_NAME", "CAMERAS", "COEFFICIENTS", "Camera", "Checker", "ConstantBackground", "DEEPEST", "DirectionalLight",
+    "FAMILIES", "GradientBackground", "HIGHLIGHTS", "HighlightModel", "LIGHTS", "Marks", "Material", "OBJECTS",
+    "OrthographicCamera", "Parameter", "PixelFilter", "Plane", "PointLight", "Polygon", "Precision", "Row", "Scene",
+    "ShadowModel", "Shot", "Sphere", "TEXTS", "TEXTURES", "Tables", "TotalReflection", "VIEW", "WITHOUT_NAME",
+    "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter", "float_dtype",
+    "including_coefficient", "is_traced", "marks_of", "material_names", "near", "nearest_name", "numbered_objects",
+    "parameter_value", "parameters", "replace_coefficient", "replace_parameter", "shortest", "tabulate",
+    "texture_names", "textured_rows", "whole_number",
 ]  # fmt: skip

@@ -11,13 +11,13 @@ import jax
 import numpy as np
 
 from ..records import changed, is_traced
-from ._camera import Camera
 from ._scene import Scene
+from .cameras import AbstractCamera
 
 R = TypeVar("R")
 
 
-def near(scene: Scene, camera: Camera) -> tuple[Scene, Camera]:
+def near(scene: Scene, camera: AbstractCamera) -> tuple[Scene, AbstractCamera]:
     """The scene and the camera that sees it in the scene's precision, relative to the camera where that is far away.
 
     The picture does not depend on the origin, so derivatives stay what they are. Only in float32, and only where the

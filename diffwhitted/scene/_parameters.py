@@ -21,6 +21,7 @@ from ..records import Row, changed, is_traced, nearest_name, number_array, rows_
 from ._coefficients import BY_NAME, coefficients
 from ._material import checked
 from ._scene import Scene
+from .cameras import AbstractCamera
 
 SETTINGS = (Row("ambient", "colour", "Ambient light I_a, linear RGB; multiplies k_a.", lowest=0),)
 """The numbers of the table [scene] that have a name."""
@@ -268,6 +269,9 @@ def _no_material(scene: Scene, name: str) -> Any:
 
 def _check(record, place: str) -> None:
     """Make the record anew, for the checks that concern several of its fields."""
-    takes = inspect.signature(type(record).__init__).parameters
+    kind: Any = type(record)
+    takes = inspect.signature(kind.__init__).parameters
     stated = {field.name: getattr(record, field.name) for field in fields(record) if field.name in takes}
-    type(record)(**stated, **({"place": place} if "place" in takes else {}))
+    if isinstance(record, AbstractCamera):
+        stated |= record.keys()
+    kind(**stated, **({"place": place} if "place" in takes else {}))

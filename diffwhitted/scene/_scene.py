@@ -13,10 +13,10 @@ from jaxtyping import Array, Float
 from .._errors import FarFromOrigin, SceneError
 from ..records import changed, nearest_name, number_array, require
 from ..shapes import OBJECTS, AbstractObject
-from ._camera import Camera
 from ._material import Material
 from ._shot import Shot
 from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground
+from .cameras import CAMERAS, AbstractCamera
 from .lights import LIGHTS, AbstractLight
 from .textures import TEXTURES, AbstractTexture
 
@@ -39,7 +39,7 @@ class Scene(eqx.Module):
     objects: tuple[AbstractObject, ...]
     materials: dict[str, Material]
     lights: tuple[AbstractLight, ...]
-    cameras: dict[str, Camera]
+    cameras: dict[str, AbstractCamera]
     textures: dict[str, AbstractTexture]
     background: AbstractBackground
     shots: tuple[Shot, ...]
@@ -60,7 +60,7 @@ class Scene(eqx.Module):
         objects: Sequence[AbstractObject],
         materials: Mapping[str, Material],
         lights: Sequence[AbstractLight] = (),
-        cameras: Mapping[str, Camera] | None = None,
+        cameras: Mapping[str, AbstractCamera] | None = None,
         textures: Mapping[str, AbstractTexture] | None = None,
         background: AbstractBackground | None = None,
         shots: Sequence[Shot] = (),
@@ -74,7 +74,7 @@ class Scene(eqx.Module):
     ):
         dtype = float_dtype(precision)
         background = ConstantBackground((0.0, 0.0, 0.0)) if background is None else background
-        _check_kinds(objects, lights, (textures or {}).values(), background)
+        _check_kinds(objects, lights, (textures or {}).values(), background, (cameras or {}).values())
 
         def cast(record):
             return jax.tree.map(lambda a: a if a.dtype == dtype else a.astype(dtype), record)
@@ -149,7 +149,7 @@ def _named(lights: Iterable[AbstractLight]) -> tuple[AbstractLight, ...]:
     )
 
 
-def _warn_if_rounded(cameras: Iterable[Camera]) -> None:
+def _warn_if_rounded(cameras: Iterable[AbstractCamera]) -> None:
     """Say of cameras far from the origin that were given in float32 that what they see was rounded before it came
     here.
     """
@@ -165,9 +165,16 @@ def _warn_if_rounded(cameras: Iterable[Camera]) -> None:
             )
 
 
-def _check_kinds(objects, lights, textures, background) -> None:
+def _check_kinds(objects, lights, textures, background, cameras) -> None:
     """Raise `SceneError` unless each of them is of a kind in its list."""
-    for registry, things in ((OBJECTS, objects), (LIGHTS, lights), (TEXTURES, textures), (BACKGROUNDS, (background,))):
+    of_kind = (
+        (OBJECTS, objects),
+        (LIGHTS, lights),
+        (TEXTURES, textures),
+        (BACKGROUNDS, (background,)),
+        (CAMERAS, cameras),
+    )
+    for registry, things in of_kind:
         for thing in things:
             registry.check(thing, "scene")
 

@@ -7,7 +7,7 @@ from jaxtyping import Array, Bool
 from ..geometry import NOTHING, Departure, Footprint, Ray
 from ..numerics._stage import stage
 from ..numerics._vector import Vec3
-from ..scene import Camera, Tables
+from ..scene import AbstractCamera, Tables
 from ._arrival import Arrival, Origin
 from ._branch import child, departure
 from ._plan import MOST_PASSED, Plan
@@ -16,7 +16,7 @@ from ._samples import Samples
 
 def departing(
     tables: Tables,
-    camera: Camera,
+    camera: AbstractCamera,
     plan: Plan,
     samples: Samples,
     parents: Arrival | None,

@@ -12,7 +12,7 @@ from ..numerics._stage import LANES
 from ..numerics._workers import processors
 from ..scene import (
     HIGHLIGHTS,
-    Camera,
+    AbstractCamera,
     Scene,
     Tables,
     check_footprint,
@@ -151,7 +151,7 @@ class Plan:
 
 def make_plan(
     scene: Scene,
-    camera: Camera,
+    camera: AbstractCamera,
     *,
     free: Collection[str] = (),
     max_depth: int | None = None,
@@ -234,7 +234,7 @@ def tables_of(scene: Scene, plan: Plan) -> Tables:
     return tabulate(scene, marks_of(scene, plan.at_work, where_traced=plan.zero_weights))
 
 
-def unmeasured_plan(scene: Scene, camera: Camera, *, max_depth: int | None, footprint: int | None) -> Plan:
+def unmeasured_plan(scene: Scene, camera: AbstractCamera, *, max_depth: int | None, footprint: int | None) -> Plan:
     """A plan for traced values, whose rays nobody can count: with room for the tree of a pass that is likely.
 
     The tree of one camera ray (see `_largest_tree`) has room, up to `LARGEST_TREE`: larger passes are traced in parts.
@@ -244,7 +244,7 @@ def unmeasured_plan(scene: Scene, camera: Camera, *, max_depth: int | None, foot
     return plan.with_capacity(max(plan.capacity, min(_largest_tree(plan), LARGEST_TREE)))
 
 
-def likely_room(camera: Camera, pass_of: int = MOST_PIXELS_A_PASS) -> int:
+def likely_room(camera: AbstractCamera, pass_of: int = MOST_PIXELS_A_PASS) -> int:
     """Room for descendants in one pass that most scenes do not exceed: a capacity to try first."""
     return int(LIKELY_DESCENDANTS * _split(camera.width * camera.height, pass_of, BLOCK)[1])
 

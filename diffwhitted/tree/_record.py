@@ -26,7 +26,7 @@ from ..geometry import (
 )  # fmt: skip
 from ..numerics._stage import empty_buffers, packed, running_count, stage, write_block
 from ..numerics._vector import Vec3, brightest, lookup, where
-from ..scene import Camera, Tables
+from ..scene import AbstractCamera, Tables
 from ._arrival import BRANCHES, PAST, TRANSMITTED, Arrival, Origin, arrival
 from ._beam import arriving
 from ._branch import branches
@@ -66,14 +66,16 @@ class Record(eqx.Module):
     """How many there are; more than the plan's capacity means that some were not followed."""
 
 
-def record(tables: Tables, camera: Camera, plan: Plan, samples: Samples, window: Window | None = None) -> Record:
+def record(
+    tables: Tables, camera: AbstractCamera, plan: Plan, samples: Samples, window: Window | None = None
+) -> Record:
     """The tree of the samples of a pass, or of a window of them."""
     return follow(*jax.lax.stop_gradient((tables, camera)), plan, jax.lax.stop_gradient(samples), window=window)[0]
 
 
 def follow(
     tables: Tables,
-    camera: Camera,
+    camera: AbstractCamera,
     plan: Plan,
     samples: Samples,
     light_of: Callable | None = None,

@@ -11,8 +11,8 @@ from ..geometry import Ray, beside_small
 from ..numerics._safe import length
 from ..numerics._stage import stage
 from ..numerics._transposed import linear
-from ..numerics._vector import Vec3, vec3
-from ..scene import Camera, Tables
+from ..numerics._vector import Vec3
+from ..scene import AbstractCamera, Tables
 from ._arrival import Arrival
 from ._plan import Plan
 from ._pullback import Varied, pulled_back
@@ -24,7 +24,7 @@ from ._truncation import Beyond
 
 def replay(
     tables: Tables,
-    camera: Camera,
+    camera: AbstractCamera,
     record: Record,
     plan: Plan,
     samples: Samples,
@@ -66,7 +66,7 @@ def _replayed_jvp(light_of, plan, primals, tangents):
 
 
 def trace(
-    tables: Tables, camera: Camera, plan: Plan, samples: Samples, beyond: Beyond | None = None
+    tables: Tables, camera: AbstractCamera, plan: Plan, samples: Samples, beyond: Beyond | None = None
 ) -> tuple[Vec3, Vec3 | None, Int[Array, ""]]:
     """What `record` and `replay` give, in one go and without derivatives: the film, and the number of descendants.
 
@@ -79,7 +79,7 @@ def trace(
 
 
 def trace_left_out(
-    tables: Tables, camera: Camera, plan: Plan, samples: Samples, beyond: Beyond
+    tables: Tables, camera: AbstractCamera, plan: Plan, samples: Samples, beyond: Beyond
 ) -> tuple[Vec3, Int[Array, ""]]:
     """Of what `trace` gives with `beyond` only what is left out, and the number of descendants. `plan` must weigh its
     rays: have a cutoff.
@@ -89,19 +89,16 @@ def trace_left_out(
 
 
 def trace_beside_small(
-    tables: Tables, camera: Camera, plan: Plan, samples: Samples
+    tables: Tables, camera: AbstractCamera, plan: Plan, samples: Samples
 ) -> tuple[Vec3, Vec3, Int[Array, ""]]:
     """What `trace` gives, and between the two how much light comes along rays that pass by something smaller than
     their distance.
     """
-    apart = samples.side * camera.pixel_angle()
 
     def both(nodes: Nodes, ray: Ray, at: Arrival, needed):
-        reach = length(ray.origin - vec3(camera.look_from)) * apart
+        reach, growth = (samples.side * apart for apart in camera.apart(ray.origin))
         limit = jnp.where(nodes.primitive < 0, jnp.inf, length(at.point - ray.origin))
-        beside = stage(
-            needed, lambda *a: beside_small(tables.shapes, *a), ray, reach, apart * jnp.ones_like(reach), limit
-        )
+        beside = stage(needed, lambda *a: beside_small(tables.shapes, *a), ray, reach, growth, limit)
         one = beside.astype(at.point.x.dtype)
         return light_of(tables, plan, nodes, at, needed), Vec3(one, one, one)
 

@@ -13,7 +13,7 @@ from jaxtyping import Array, Bool, Int
 from ..geometry import Footprint, Ray, surface_at
 from ..numerics._stage import empty_buffers, read_block, stage, write_block
 from ..numerics._vector import Vec3, where
-from ..scene import Camera, Tables
+from ..scene import AbstractCamera, Tables
 from ._arrival import Arrival, arrival
 from ._beam import arriving
 from ._departure import any_ray, departing
@@ -22,7 +22,7 @@ from ._plan import Plan
 from ._record import Nodes, Record
 from ._samples import Samples
 
-Given = tuple[Tables, Camera, Samples]
+Given = tuple[Tables, AbstractCamera, Samples]
 """All that a recorded tree is a differentiable function of."""
 State = tuple[Arrival, Vec3] | None
 """How each ray arrived, and with what throughput; None where no ray has children."""

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from ..scene import Camera
+from ..scene import AbstractCamera
 from ._plan import Plan
 
 
@@ -45,7 +45,7 @@ class Window(eqx.Module):
         return jnp.where(number < plan.pass_pixels, number, 0)
 
 
-def grid(plan: Plan, camera: Camera, number: Int[Array, ""], place: Float[Array, "2"], side=None) -> Samples:
+def grid(plan: Plan, camera: AbstractCamera, number: Int[Array, ""], place: Float[Array, "2"], side=None) -> Samples:
     """The regular samples of pass `number`: one a pixel, at `place` (column, row; 0.5, 0.5 the centre) inside it.
 
     `side` of the square that each stands for, in pixels; without it, that of the plan's footprint.

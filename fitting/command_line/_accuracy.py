@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from diffwhitted import Camera, Choice, Scene, Settings
+    from diffwhitted import Choice, Scene, Settings
+    from diffwhitted.scene import AbstractCamera
 
     from ._render import Picture
 
@@ -53,7 +54,7 @@ def accuracy_bound(tolerance: str | None, time_budget: float | None, **settings:
 
 
 def found_picture(
-    path: Path, scene: Scene, camera: Camera, name: str, bound: dict[str, float]
+    path: Path, scene: Scene, camera: AbstractCamera, name: str, bound: dict[str, float]
 ) -> tuple[Settings, Picture, str]:
     """The picture within the bound, and a sentence on its settings and error."""
     from diffwhitted import measure
@@ -68,7 +69,7 @@ def found_picture(
 
 
 def remembered(
-    path: Path, scene: Scene, camera: Camera, name: str, bound: dict[str, float], on_work: Callable[[str], None]
+    path: Path, scene: Scene, camera: AbstractCamera, name: str, bound: dict[str, float], on_work: Callable[[str], None]
 ) -> tuple[Settings, str, Choice | None]:
     """Settings that meet `bound`, a sentence on them, and the choice if it was made now rather than read.
 
@@ -104,7 +105,7 @@ def sentence(choice: Choice, bound: dict[str, float]) -> str:
     )
 
 
-def _key(path: Path, scene: Scene, camera: Camera, name: str, bound: dict[str, float]) -> str:
+def _key(path: Path, scene: Scene, camera: AbstractCamera, name: str, bound: dict[str, float]) -> str:
     import platform
     from hashlib import sha256
 

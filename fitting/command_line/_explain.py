@@ -17,8 +17,9 @@ from ._progress import Progress, safe
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from diffwhitted import Camera, Explanation, Scene
+    from diffwhitted import Explanation, Scene
     from diffwhitted.cost import PictureCost, RayCounts
+    from diffwhitted.scene import AbstractCamera
 
 DRAWINGS = (".png", ".svg", ".pdf")
 
@@ -115,7 +116,7 @@ def check_drawing(path: Path) -> None:
     check_place(path)
 
 
-def draw_maps(scene: Scene, camera: Camera, depth: int | None, path: Path) -> None:
+def draw_maps(scene: Scene, camera: AbstractCamera, depth: int | None, path: Path) -> None:
     import numpy as np
 
     from diffwhitted import ray_maps, render

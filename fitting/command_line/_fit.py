@@ -10,7 +10,7 @@ import typer
 
 from ._environment import set_up
 from ._folder import check_folder, saved_into
-from ._options import Depth, Footprint, Precision, PrecisionName, Samples, ScenePath
+from ._options import Depth, Footprint, HoldOut, Only, Precision, PrecisionName, Samples, ScenePath
 from ._progress import Progress, safe
 
 if TYPE_CHECKING:
@@ -67,24 +67,6 @@ Masks = Annotated[
         "target's alpha.",
     ),
 ]
-Only = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--only",
-        metavar="OBJECT",
-        show_default=False,
-        help="Use only pixels that see this object first, and whose neighbours do; several may be named.",
-    ),
-]
-HoldOut = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--hold-out",
-        metavar="SHOT|SHARE",
-        show_default=False,
-        help="Leave a shot, or a share of the pixels such as 20%, out of the fit, and say how well they are predicted.",
-    ),
-]
 KeepClipped = Annotated[
     bool,
     typer.Option(
@@ -93,14 +75,36 @@ KeepClipped = Annotated[
     ),
 ]
 Noise = Annotated[
-    float | None,
+    str | None,
     typer.Option(
         "--noise",
-        metavar="SIGMA",
+        metavar="SIGMA|read=R,gain=G|FILE",
         show_default=False,
-        help="Standard deviation of the target's pixels, in linear RGB. Default: estimated from what the fit "
-        "leaves over.",
+        help="Standard deviation of the target's pixels, in linear RGB; or variance = R^2 + G * value; or a picture of "
+        "standard deviations. Default: estimated from what the fit leaves over.",
     ),
+]
+Encoding = Annotated[
+    str | None,
+    typer.Option(
+        "--encoding",
+        metavar="NAME",
+        show_default=False,
+        help="How the numbers of the targets stand for light: linear, srgb, rec709, gamma:2.2. Default: what each file "
+        "says, and of one that says nothing, integers sRGB and floats linear.",
+    ),
+]
+Layer = Annotated[
+    str | None,
+    typer.Option(
+        "--layer",
+        metavar="NAME",
+        show_default=False,
+        help="Layer or part of the target files that is the picture; FILE:NAME says it for one file.",
+    ),
+]
+SkipBadPixels = Annotated[
+    bool, typer.Option("--skip-bad-pixels", help="Leave out pixels that are NaN or infinite, and say how many.")
 ]
 Start = Annotated[
     list[str] | None,
@@ -163,6 +167,9 @@ def fit(
     only: Only = None,
     hold_out: HoldOut = None,
     keep_clipped: KeepClipped = False,
+    encoding: Encoding = None,
+    layer: Layer = None,
+    skip_bad_pixels: SkipBadPixels = False,
     noise: Noise = None,
     start: Start = None,
     bounds: BoundsGiven = None,
@@ -203,13 +210,22 @@ def fit(
 
         loaded = load_scene(scene, precision=precision.value)
         targets = read_targets(
-            loaded, target or [], mask or [], camera, noise, note=progress.note, keep_clipped=keep_clipped
+            loaded,
+            target or [],
+            mask or [],
+            camera,
+            noise,
+            note=progress.note,
+            keep_clipped=keep_clipped,
+            skip_bad_pixels=skip_bad_pixels,
+            encoding=encoding,
+            layer=layer,
         )
         if only:
             from fitting.problem._only import only_these
 
             targets = only_these(loaded, targets, only)
-        loaded = with_shots(loaded, targets)
+        loaded = with_shots(loaded, targets, progress.note)
         given_start, given_bounds, true = checked_values(loaded, free, start or [], bounds or [], truth)
         check_folder(out)
         progress.say("compiling; less to do next time")

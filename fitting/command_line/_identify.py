@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from ._environment import set_up
-from ._fit import BoundsGiven, Free, Only, Quiet
-from ._options import Depth, Footprint, Precision, PrecisionName, Samples, ScenePath
+from ._fit import BoundsGiven, Free, Quiet
+from ._options import Depth, Footprint, Only, Precision, PrecisionName, Samples, ScenePath
 from ._progress import Progress, safe
 
 Noise = Annotated[
@@ -134,38 +134,21 @@ def print_found(found) -> None:
 
 
 def noises(given: Sequence[str]):
-    """From `SIGMA`, `read=R,gain=G` and `SHOT=` before either: one noise, or by shot; None for none.
+    """From `SIGMA`, `read=R,gain=G` or a picture, and `SHOT=` before any of them: one noise, or by shot; None for none.
 
     Raises `InputError` for anything else.
     """
     from diffwhitted import InputError
 
+    from ._targets import parsed_noise
+
     whole, by_name = [], {}
     for text in given:
         name, equals, rest = text.partition("=")
         if equals and name not in ("read", "gain"):
-            by_name[name] = _noise(text, rest)
+            by_name[name] = parsed_noise(rest)
         else:
-            whole.append(_noise(text, text))
+            whole.append(parsed_noise(text))
     if len(whole) > 1 or (whole and by_name):
         raise InputError(f"--noise {' '.join(given)}: allowed is one for all, or one for each shot, as in left=0.02")
     return whole[0] if whole else by_name or None
-
-
-def _noise(text: str, noise: str) -> float | tuple[float, float]:
-    """A standard deviation, or (read, gain)."""
-    from diffwhitted import InputError
-
-    allowed = (
-        "allowed is a standard deviation > 0, such as 0.01, or read=0.005,gain=0.0001, with SHOT= before it for one"
-    )
-    parts = [part.partition("=") for part in noise.split(",")]
-    try:
-        if len(parts) == 1 and not parts[0][1]:
-            return float(noise)
-        model = {key.strip(): float(value) for key, _, value in parts}
-    except ValueError:
-        raise InputError(f"--noise {text}: {allowed}") from None
-    if len(model) < len(parts) or not set(model) <= {"read", "gain"}:
-        raise InputError(f"--noise {text}: {allowed}")
-    return model.get("read", 0.0), model.get("gain", 0.0)

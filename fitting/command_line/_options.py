@@ -11,7 +11,8 @@ import typer
 from typer.core import TyperCommand
 
 if TYPE_CHECKING:
-    from diffwhitted import Camera, Scene
+    from diffwhitted import Scene
+    from diffwhitted.scene import AbstractCamera
 
 
 class Precision(StrEnum):
@@ -121,6 +122,25 @@ PrecisionName = Annotated[
     typer.Option("--precision", metavar="TYPE", help="float32, or float64: slower, for derivatives to the last digit."),
 ]
 
+Only = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--only",
+        metavar="OBJECT",
+        show_default=False,
+        help="Use only pixels that see this object first, and whose neighbours do; several may be named.",
+    ),
+]
+HoldOut = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--hold-out",
+        metavar="SHOT|SHARE",
+        show_default=False,
+        help="Leave a shot, or a share of the pixels such as 20%, out of the fit, and say how well they are predicted.",
+    ),
+]
+
 
 class SeveralValues(TyperCommand):
     """A command whose repeatable options also take several values at once: `--free a.k_d b.k_d`."""
@@ -155,7 +175,7 @@ def spread(parameters: Sequence[Any], arguments: list[str]) -> list[str]:
     return written
 
 
-def chosen_camera(scene: Scene, name: str | None) -> tuple[str, Camera]:
+def chosen_camera(scene: Scene, name: str | None) -> tuple[str, AbstractCamera]:
     """The camera of that name; without a name "main", or the only one. Raises `InputError` for any other."""
     from diffwhitted import InputError
     from diffwhitted.scene import nearest_name
@@ -176,7 +196,7 @@ def chosen_camera(scene: Scene, name: str | None) -> tuple[str, Camera]:
     return name, scene.cameras[name]
 
 
-def with_camera(scene: Scene, name: str, camera: Camera) -> Scene:
+def with_camera(scene: Scene, name: str, camera: AbstractCamera) -> Scene:
     """The scene with another camera of that name."""
     import equinox as eqx
 

@@ -32,7 +32,8 @@ from ._progress import say
 if TYPE_CHECKING:
     import numpy as np
 
-    from diffwhitted import Camera, Scene
+    from diffwhitted import Scene
+    from diffwhitted.scene import AbstractCamera
 
 Out = Annotated[
     Path,
@@ -173,7 +174,7 @@ def chosen_footprint(asked: int | None, samples: int, of_scene: int, *, for_eyes
     return of_scene or int(for_eyes)
 
 
-def rendered(scene: Scene, camera: Camera, depth: int | None, samples: int, footprint: int) -> Picture:
+def rendered(scene: Scene, camera: AbstractCamera, depth: int | None, samples: int, footprint: int) -> Picture:
     """What `diffwhitted.render` gives, with rays and seconds counted."""
     import jax
     import numpy as np
@@ -205,7 +206,7 @@ def rendered(scene: Scene, camera: Camera, depth: int | None, samples: int, foot
 
 
 def adaptive(
-    scene: Scene, camera: Camera, depth: int | None, samples: int, footprint: int | None, threshold: float
+    scene: Scene, camera: AbstractCamera, depth: int | None, samples: int, footprint: int | None, threshold: float
 ) -> Picture:
     """What `diffwhitted.antialias` gives, with seconds counted."""
     from diffwhitted import InputError

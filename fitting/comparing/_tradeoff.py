@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from diffwhitted import KNOBS, Camera, InputError, Scene, Settings
+from diffwhitted import KNOBS, InputError, Scene, Settings
 from diffwhitted.accuracy._choose import MARGIN, in_precision, spread_pixels
 from diffwhitted.accuracy._reference import Reference, reference, rmse
 from diffwhitted.accuracy._survey import Candidate, base_settings, cheapest, front, survey
 from diffwhitted.accuracy._tracer import Tracer
-from diffwhitted.scene import whole_number
+from diffwhitted.scene import AbstractCamera, whole_number
 
 CONVERGED = 0.1
 """Of the smallest error: two references that differ by less tell the errors apart."""
@@ -108,7 +108,11 @@ class Tradeoff:
 
 
 def tradeoff(
-    scene: Scene, camera: Camera, tolerance: float = 1 / 255, on_work: OnWork | None = None, rounds: int | None = None
+    scene: Scene,
+    camera: AbstractCamera,
+    tolerance: float = 1 / 255,
+    on_work: OnWork | None = None,
+    rounds: int | None = None,
 ) -> Tradeoff:
     """Sweep the knobs, each alone from what the scene asks for with one filtered tree a pixel, and their useful
     combinations.
@@ -189,7 +193,7 @@ def _measured(
     tracers: dict[str, Tracer],
     programs: dict[Settings, list[str]],
     truth: Reference,
-    camera: Camera,
+    camera: AbstractCamera,
     work: OnWork,
     rounds: int | None,
 ) -> tuple[tuple[Point, ...], int]:
@@ -218,7 +222,7 @@ def _measured(
     return tuple(replace(p, on_front=mark) for p, mark in zip(timed, marks, strict=True)), rounds
 
 
-def _errors(pixels: np.ndarray, truth: np.ndarray, camera: Camera) -> tuple[float, float, float, float]:
+def _errors(pixels: np.ndarray, truth: np.ndarray, camera: AbstractCamera) -> tuple[float, float, float, float]:
     """RMSE and largest in linear RGB; mean and 95th percentile of CIEDE2000 as a display shows them."""
     from diffwhitted.image import ciede2000
 

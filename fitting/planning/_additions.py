@@ -7,7 +7,7 @@ import numpy as np
 
 from diffwhitted import layers
 from diffwhitted.records import changed
-from diffwhitted.scene import AbstractLight, Camera, DirectionalLight, PointLight, Scene, nearest_name
+from diffwhitted.scene import AbstractCamera, AbstractLight, DirectionalLight, PointLight, Scene, nearest_name
 
 from .._errors import FitError
 from ..problem._nameless import numbered_names
@@ -30,7 +30,7 @@ class Movable:
     others: tuple[CheckedTarget, ...]
 
     @property
-    def record(self) -> Camera | AbstractLight:
+    def record(self) -> AbstractCamera | AbstractLight:
         return self._of(self.scene, self.name)
 
     @property
@@ -42,12 +42,12 @@ class Movable:
     def place(self) -> np.ndarray | None:
         """Where it stands, (3,)."""
         record = self.record
-        return np.asarray(record.look_from, np.float64) if isinstance(record, Camera) else record.place()
+        return np.asarray(record.look_from, np.float64) if isinstance(record, AbstractCamera) else record.place()
 
     @property
     def up(self) -> np.ndarray | None:
         """What is up for a camera."""
-        return np.asarray(self.record.up, np.float64) if isinstance(self.record, Camera) else None
+        return np.asarray(self.record.up, np.float64) if isinstance(self.record, AbstractCamera) else None
 
     def at(self, place: np.ndarray, middle: np.ndarray, scene: Scene | None = None) -> Scene:
         """The scene with it there; `scene`: as the programs of a problem know it, without names."""
@@ -60,7 +60,7 @@ class Movable:
         moved = changed(record, **{"direction" if self.far else "position": place})
         return changed(scene, lights=tuple(moved if light is record else light for light in scene.lights))
 
-    def _of(self, scene: Scene, name: str) -> Camera | AbstractLight:
+    def _of(self, scene: Scene, name: str) -> AbstractCamera | AbstractLight:
         if self.family == "camera":
             return scene.cameras[name]
         return next(light for light in scene.lights if light.name == name)
@@ -143,7 +143,7 @@ def _new_name(taken: list[str]) -> str:
     return name
 
 
-def surroundings(scene: Scene, cameras: list[Camera], unknowns: tuple[Unknown, ...]) -> np.ndarray:
+def surroundings(scene: Scene, cameras: list[AbstractCamera], unknowns: tuple[Unknown, ...]) -> np.ndarray:
     """The middle, (3,), of what these cameras see of the objects that are asked about, or of all."""
     about = {u.parameter.owner for u in unknowns if u.parameter.family in ("material", "object")}
     asked = [thing.name for thing in scene.objects if thing.name in about or thing.material in about]

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 
 from diffwhitted import layers
-from diffwhitted.scene import Camera, Scene, nearest_name
+from diffwhitted.scene import AbstractCamera, Scene, nearest_name
 
 from .._errors import FitError
 from ._target import Target, camera_name, is_file
 
 
-def only(scene: Scene, camera: Camera | str, names: str | Collection[str]) -> np.ndarray:
+def only(scene: Scene, camera: AbstractCamera | str, names: str | Collection[str]) -> np.ndarray:
     """A mask (height, width): 1 where a pixel sees one of these objects, and so do its eight neighbours; 0 elsewhere.
 
     - `camera`: as it stands, or by its name in the scene; `names`: of objects.

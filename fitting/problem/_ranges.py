@@ -59,7 +59,8 @@ def scene_size(scene: Scene) -> float:
 def _widened(row: Row, bounds: tuple[float, float], value: np.ndarray) -> tuple[float, float]:
     low, high = bounds
     if row.lowest < value.min() < low:
-        low = row.lowest + 0.5 * (float(value.min()) - row.lowest)
+        lowest = row.lowest if isfinite(row.lowest) else low
+        low = lowest + (0.5 if isfinite(row.lowest) else 2.0) * (float(value.min()) - lowest)
     return low, max(high, min(2 * float(value.max()), row.highest)) if value.max() > high else high
 
 

@@ -26,7 +26,7 @@ def target_of(shot: Shot, note: Callable[[str], None] = lambda text: None) -> Ta
     """A shot with its picture, mask and noise; `note` is told what a user should know."""
     if shot.picture is None:
         raise FitError(f"shot {shot.name!r}: it has no picture; name a file, or hand a target to the fit")
-    picture = read_image(Path(shot.picture))
+    picture = read_image(shot.picture, encoding=shot.encoding)
     for remark in picture.notes:
         note(f"{shot.picture}: {remark}")
     mask = None if shot.mask is None else read_mask(Path(shot.mask))
@@ -35,4 +35,4 @@ def target_of(shot: Shot, note: Callable[[str], None] = lambda text: None) -> Ta
 
 def noise_of(shot: Shot):
     """The noise that a shot states, read where it is a picture of standard deviations."""
-    return np.asarray(read_image(Path(shot.noise)).pixels) if isinstance(shot.noise, str) else shot.noise
+    return np.asarray(read_image(shot.noise, encoding="linear").pixels) if isinstance(shot.noise, str) else shot.noise

@@ -16,6 +16,9 @@ from ._noise import Noise, checked_noise
 if TYPE_CHECKING:
     from diffwhitted.image import ImageFile
 
+FEW = 0.001
+"""Share of the pixels up to which clipped ones stay in the fit."""
+
 
 @dataclass(frozen=True, eq=False)
 class Target:
@@ -30,6 +33,8 @@ class Target:
       read^2 + gain * value; None: estimated from what the fit leaves over.
     - `name`: by which its numbers are free ("shot.NAME.exposure"); None: that of its camera.
     - `shot`: exposure, black level, lights that burn, filter (see `diffwhitted.Shot`); None: light as it is.
+    - `keep_clipped`: use pixels at the largest code of a file too, which are masked where there are many.
+    - `skip_bad_pixels`: leave out pixels that are NaN or infinite, and say how many, in place of an error.
     """
 
     image: "np.ndarray | ImageFile"
@@ -38,6 +43,8 @@ class Target:
     noise: float | np.ndarray | tuple[float, float] | None = None
     name: str | None = None
     shot: Shot | None = None
+    keep_clipped: bool = False
+    skip_bad_pixels: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +59,8 @@ class CheckedTarget:
     monochrome: bool = False
     """Its three channels are one measurement."""
     file: "ImageFile | None" = None
+    notes: tuple[str, ...] = ()
+    """What a user should know of how it was read."""
 
     @property
     def name(self) -> str:
@@ -148,8 +157,14 @@ def _checked(scene: Scene, target: Target, called: str) -> CheckedTarget:
         )
     if not mask.any():
         raise FitError(f"{place}: the mask leaves no pixel to fit; set some of it to 1")
+    notes = []
+    if file is not None and not target.keep_clipped:
+        mask = _without_clipped(file, mask, notes)
     bad = ~np.isfinite(image).all(axis=2) & (mask > 0)
-    if bad.any():
+    if bad.any() and target.skip_bad_pixels and not bad[mask > 0].all():
+        mask = np.where(bad, 0, mask)
+        notes.append(f"{place}: {bad.sum()} pixel(s) are NaN or infinite and were left out")
+    elif bad.any():
         row, column = np.argwhere(bad)[0]
         raise FitError(
             f"{place}: {bad.sum()} pixel(s) are NaN or infinite, the first in row {row}, column {column}; "
@@ -157,12 +172,27 @@ def _checked(scene: Scene, target: Target, called: str) -> CheckedTarget:
         )
     image = np.where((mask > 0)[..., None], image, 0)
     noise = target.noise if target.noise is not None or target.shot is None else target.shot.noise
-    monochrome = bool((image == image[..., :1]).all()) and bool(image.any())
+    monochrome = bool((image == image[..., :1]).all() and image.any()) or (file is not None and file.monochrome)
     try:
         shot = _named(target.shot, called, scene)
     except SceneError as error:
         raise FitError(f"targets: {error}") from None
-    return CheckedTarget(image, name, mask, checked_noise(noise, size, place), shot, monochrome, file)
+    return CheckedTarget(image, name, mask, checked_noise(noise, size, place), shot, monochrome, file, tuple(notes))
+
+
+def _without_clipped(file: "ImageFile", mask: np.ndarray, notes: list[str]) -> np.ndarray:
+    """The mask without the pixels that are clipped, which may have been any amount brighter; as it is where they are
+    few.
+    """
+    clipped = file.clipped
+    if clipped is None or clipped.mean() <= FEW:
+        return mask
+    notes.append(
+        f"{file.path}: {clipped.sum():,} of {clipped.size:,} pixels are clipped (a channel has its "
+        "largest code) and are masked; --keep-clipped uses them"
+    )
+    left = np.where(clipped, 0, mask)
+    return left if left.any() else mask
 
 
 def _named(shot: Shot | None, name: str, scene: Scene) -> Shot:

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from pydantic import ValidationError
 
 from ..._errors import SceneError
-from ._schema import models, scene_schema
+from ._schema import scene_schema
 
 ELSEWHERE = {
     "center": "centre",
@@ -35,6 +35,22 @@ ELSEWHERE = {
     "from": "look_from",
     "to": "look_at",
     "target": "look_at",
+    "matrix": "pose",
+    "transform_matrix": "pose",
+    "camera_to_world": "pose",
+    "fx": "focal",
+    "fy": "focal",
+    "fl_x": "focal",
+    "fl_y": "focal",
+    "focal_length": "focal",
+    "cx": "principal_point",
+    "cy": "principal_point",
+    "k1": "distortion",
+    "k2": "distortion",
+    "p1": "distortion",
+    "p2": "distortion",
+    "ortho_scale": "view_height",
+    "projection": "type",
     "fov": "vfov_deg",
     "vfov": "vfov_deg",
     "settings": "scene",
@@ -130,6 +146,10 @@ def _resolved(node: dict, schema: dict) -> dict:
 
 
 def _wrong(kind: str, path: list, value, node: dict, document: dict) -> str:
+    if len(path) == 1 and node["type"] == "string":
+        table = path[0].removesuffix("s")
+        guess = f" Did you mean [[{table}]]?" if isinstance(value, (dict, list)) else ""
+        return f"{path[0]} = {shown(value)}; allowed is {_phrase(node)}, the path of a file or folder.{guess}"
     if len(path) == 1 and path[0] != "scene":
         return f"{path[0]} = {shown(value)}; allowed is a table [[{path[0]}]] in double brackets, once for each"
     if path == ["scene"]:
@@ -137,8 +157,8 @@ def _wrong(kind: str, path: list, value, node: dict, document: dict) -> str:
     where, key = _where(path, document)
     if not key and not isinstance(value, dict):
         return f"{where} = {shown(value)}; allowed is a table of keys under [[{path[0]}]]"
-    if "discriminator" in node:
-        kinds = [kind["properties"]["type"]["const"] for kind in node["oneOf"]]
+    kinds = [kind.get("properties", {}).get("type", {}).get("const") for kind in node.get("oneOf", ())]
+    if kinds and all(kinds):
         allowed = f"allowed is {_either([shown(kind) for kind in kinds])}"
         if kind == "union_tag_not_found":
             return f"{where}: type is missing; {allowed}"
@@ -166,13 +186,17 @@ def _advice(kind: str, value, node: dict) -> str:
 
 
 def _unknown_key(path: list, value, likely: str | None, node: dict, document: dict) -> str:
-    tables = {key: f"[{key}]" if key == "scene" else f"[[{key}]]" for key in models().file.model_fields}
+    known = scene_schema()["properties"]
+    alone = [key for key, node in known.items() if node.get("type") == "string"]
+    tables = {key: f"[{key}]" if key == "scene" else f"[[{key}]]" for key in known if key not in alone}
     if len(path) == 1:
-        guess = f" Did you mean {tables[likely]}?" if likely else ""
+        guess = f" Did you mean {tables.get(likely, likely)}?" if likely else ""
         if not isinstance(value, (dict, list)):
             return f"{path[0]} = {shown(value)} is in no table.{guess} Allowed are {', '.join(tables.values())}"
         return f"unknown table [{path[0]}].{guess} Allowed are {', '.join(tables.values())}"
     guess = f" Did you mean {shown(likely)}?" if likely else ""
+    if path[-1] in alone:
+        guess = f" Write {path[-1]} above the first table of the file."
     where, key = _where(path, document)
     return f"{where}: unknown key {key} = {shown(value)}.{guess} Allowed are {', '.join(node['properties'])}"
 

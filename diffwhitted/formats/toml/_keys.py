@@ -10,7 +10,7 @@ from ...records import REQUIRED, Row
 
 def number(**limits):
     """A finite number; the limits serve the JSON Schema."""
-    return Annotated[float, Field(allow_inf_nan=False, json_schema_extra=limits)]
+    return Annotated[float, Field(allow_inf_nan=False, json_schema_extra=limits or None)]
 
 
 def listed(item, shortest: int, longest: int | None = None):
@@ -26,13 +26,13 @@ def or_colour(one):
 
 
 def optional(description: str, **limits) -> Any:
-    """A key that may be absent; TOML has no null, so the JSON Schema states no default, but the limits."""
+    """A key that may be absent; TOML has no null, so the JSON Schema states no default, but the limits of a number."""
 
-    def without_default(schema: dict) -> None:
+    def stated(schema):
         schema.pop("default", None)
         schema.update(limits)
 
-    return Field(None, description=description, json_schema_extra=without_default)
+    return Field(None, description=description, json_schema_extra=stated)
 
 
 KEYS = ConfigDict(
@@ -43,6 +43,7 @@ KEYS = ConfigDict(
 )
 Colour = listed(number(minimum=0), 3, 3)
 Name = Annotated[str, Field(min_length=1)]
+Vector = listed(number(), 3, 3)
 Pixels = Annotated[int, Field(json_schema_extra={"minimum": 1, "maximum": 32768})]
 ObjectName = Annotated[Name, Field(description="Name of the object, one of a kind.")]
 MaterialName = Annotated[str, Field(description="Name of a material of this file.")]
@@ -53,9 +54,9 @@ def key(row: Row) -> tuple[Any, Any]:
     extra = {"pattern": row.pattern} if row.pattern else None
     described: dict[str, Any] = {"description": row.meaning} | ({"json_schema_extra": extra} if extra else {})
     if row.default is None:
-        if row.kind == "number":
-            return Annotated[float, Field(allow_inf_nan=False)], optional(row.meaning, **_limits(row))
-        return _type(row), optional(row.meaning)
+        # A type and a key cannot both say what the JSON Schema has besides.
+        alone = row.kind == "number"
+        return (number() if alone else _type(row)), optional(row.meaning, **(_limits(row) if alone else {}))
     default = list(row.default) if isinstance(row.default, tuple) else row.default
     return _type(row), Field(**described) if row.default is REQUIRED else Field(default, **described)
 
@@ -68,6 +69,8 @@ def _type(row: Row):
             return one
         case "vector" | "direction" | "colour":
             return listed(one, 3, 3)
+        case "numbers":
+            return listed(one, len(row.parts), len(row.parts))
         case "number or colour":
             return or_colour(one)
         case "vectors" | "colours":

@@ -11,9 +11,10 @@ from pydantic import ValidationError
 
 from ..._errors import SceneError
 from ...records import Registry
-from ...scene import BACKGROUNDS, LIGHTS, OBJECTS, TEXTURES, Precision, Scene, float_dtype
+from ...scene import BACKGROUNDS, CAMERAS, LIGHTS, OBJECTS, TEXTURES, Precision, Scene, float_dtype
 from ...scene.backgrounds import ConstantBackground, GradientBackground
-from ._entry import Entry, written
+from ..cameras import read_cameras
+from ._entries import Entry, written
 from ._faults import faults_of, ordinal, place, scene_error, shown
 from ._schema import GradientTable, models
 from ._shots import joined, relative
@@ -55,7 +56,7 @@ def scene_text(scene: Scene, *, source: str = "scene", folder: Path | None = Non
     tables = models()
     plain = {
         "scene": tables.settings.plain(scene, background=_plain_background(scene.background)),
-        "camera": [tables.camera.plain(camera, name=name) for name, camera in scene.cameras.items()],
+        "camera": [_plain_camera(name, camera) for name, camera in scene.cameras.items()],
         "light": [
             _plain(LIGHTS, tables.light, light, name=None if light.name == f"light_{number}" else light.name)
             for number, light in enumerate(scene.lights, 1)
@@ -116,10 +117,23 @@ def _scene(file, dtype, source: str, folder: Path | None) -> Scene:
     def named(table: str) -> dict:
         return dict(zip((entry.name for entry in getattr(file, table)), records(table), strict=False))
 
+    def measured() -> dict:
+        """The cameras of another program, whose path is relative to the file."""
+        if file.cameras is None:
+            return {}
+        try:
+            found = read_cameras(Path(source).parent / file.cameras)
+        except SceneError as error:
+            faults.append(f"cameras = {shown(file.cameras)}: {error}")
+            return {}
+        for name in {entry.name for entry in file.camera} & set(found):
+            faults.append(f"camera {shown(name)}: a [[camera]] and one of cameras have this name; rename it")
+        return found
+
     for table in ("camera", "texture", "material", "object", "shot"):
         faults += _repeated(table, [entry.name for entry in getattr(file, table)])
     stated = dict(
-        cameras=named("camera"),
+        cameras=named("camera") | measured(),
         lights=records("light"),
         textures=named("texture"),
         materials=named("material"),
@@ -169,6 +183,12 @@ def _plain_background(background):
         case GradientBackground(bottom=bottom, top=top):
             return {"gradient": [written(bottom), written(top)]}
     return _plain(BACKGROUNDS, models().background, background)
+
+
+def _plain_camera(name: str, camera) -> dict:
+    """Without a type where it is the default, and with the picture as the file states it."""
+    stated = {"type": None} if camera.written_type() == next(iter(CAMERAS)).TYPE else {}
+    return _plain(CAMERAS, models().camera, camera, name=name, **stated, **camera.keys())
 
 
 def _plain(registry: Registry, entries: Mapping[str, type[Entry]], record, **stated) -> dict:

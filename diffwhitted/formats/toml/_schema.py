@@ -6,17 +6,17 @@ whether a value is allowed is for the records to say, and the limits here serve 
 """
 
 import functools
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import BaseModel, Discriminator, Field, Tag, create_model
 
-from ...records import Registry, Row
+from ...records import Row
 from ...scene import (
     BACKGROUNDS,
+    CAMERAS,
     LIGHTS,
     OBJECTS,
     TEXTURES,
-    Camera,
     HighlightModel,
     Material,
     ShadowModel,
@@ -25,8 +25,9 @@ from ...scene import (
     coefficients,
     textured_rows,
 )
-from ._entry import Entry
-from ._keys import KEYS, Colour, MaterialName, Name, ObjectName, Pixels, key, listed, number, optional
+from ._cameras import cameras, one_camera
+from ._entries import Entry, entries, entry
+from ._keys import KEYS, Colour, MaterialName, Name, ObjectName, key, listed, number, optional
 from ._shots import ShotTable, shot_fields
 
 
@@ -34,27 +35,6 @@ class GradientTable(Entry):
     """A background that changes with the height of the direction."""
 
     gradient: listed(Colour, 2, 2) = Field(description="Linear RGB straight down, then straight up.")
-
-
-def _entry(
-    table: str, kind, rows: tuple[Row, ...], takes_name: bool = False, base: type[Entry] = Entry, **keys
-) -> type[Entry]:
-    """The model of the table of a kind."""
-    first = {name: keys.pop(name) for name in ("name", "type") if name in keys}
-    fields: dict[str, Any] = first | {row.name: key(row) for row in rows} | keys
-    meaning = (kind.__doc__ or "").strip().split("\n\n")[0].replace("\n    ", " ")
-    made = create_model(f"{table.capitalize()}Entry", __base__=base, __doc__=meaning, **fields)
-    made.made, made.takes_name = kind, takes_name
-    return made
-
-
-def _entries(registry: Registry, takes_name: bool, **keys) -> dict[str, type[Entry]]:
-    """The models of a family, by the type that a file states."""
-    return {
-        name: _entry(name, kind, rows, takes_name, **keys, type=(Literal[name], ...))
-        for kind in registry
-        for name, rows in {kind.TYPE: kind.ROWS, **kind.ALSO}.items()
-    }
 
 
 def _one_of(entries: dict[str, type[Entry]]):
@@ -87,21 +67,14 @@ class FileModels:
 
     def __init__(self):
         named = {"name": (ObjectName, ...), "material": (MaterialName, ...)}
-        self.object = _entries(OBJECTS, True, **named)
-        self.light = _entries(
+        self.object = entries(OBJECTS, True, **named)
+        self.light = entries(
             LIGHTS, True, name=(str, optional("Name of the light, one of a kind; light_1, ... by default."))
         )
-        self.texture = _entries(TEXTURES, False, name=(Name, Field(description="Name of the texture, one of a kind.")))
-        self.background = {name: entry for name, entry in _entries(BACKGROUNDS, False).items() if not entry.made.SHORT}
-        self.camera = _entry(
-            "camera",
-            Camera,
-            Camera.ROWS,
-            name=(Name, Field("main", description="Name of the camera, one of a kind.")),
-            width=(Pixels, Field(description="Columns of the picture.")),
-            height=(Pixels, Field(description="Rows of the picture.")),
-        )
-        self.material = _entry(
+        self.texture = entries(TEXTURES, False, name=(Name, Field(description="Name of the texture, one of a kind.")))
+        self.background = {name: entry for name, entry in entries(BACKGROUNDS, False).items() if not entry.made.SHORT}
+        self.camera = cameras()
+        self.material = entry(
             "material",
             Material,
             (),
@@ -117,14 +90,14 @@ class FileModels:
             },
         )
         self.material.__doc__ = "What a surface is made of; a coefficient is a number or linear RGB."
-        self.shot = _entry("shot", Shot, Shot.ROWS, True, ShotTable, **shot_fields())
+        self.shot = entry("shot", Shot, Shot.ROWS, True, ShotTable, **shot_fields())
         self.settings = _settings(_background(self.background))
         self.file = self._file()
 
     def _file(self) -> type[BaseModel]:
         """The whole file."""
         tables = {
-            "camera": (self.camera, "Points of view."),
+            "camera": (one_camera(self.camera), "Points of view."),
             "light": (_one_of(self.light), "Sources of light."),
             "texture": (_one_of(self.texture), "Patterns that multiply a coefficient."),
             "material": (self.material, "What objects are made of."),
@@ -135,6 +108,10 @@ class FileModels:
             "scene": (self.settings, Field(self.settings(), description="Settings of the whole scene."))
         }
         fields |= {name: (list[entry], Field([], description=text)) for name, (entry, text) in tables.items()}
+        fields["cameras"] = (
+            str,
+            optional("Path from this file to cameras of another program: a folder of COLMAP, or a transforms.json."),
+        )
         doc = "A scene for diffwhitted. Right-handed, y up; metres, degrees, linear Rec. 709 RGB."
         return create_model("SceneFile", __doc__=doc, __config__=KEYS, **fields)
 
@@ -172,7 +149,7 @@ _made: dict[tuple, FileModels] = {}
 
 def models() -> FileModels:
     """The models for what is registered now; made once for each such set."""
-    registered = (*OBJECTS, *LIGHTS, *TEXTURES, *BACKGROUNDS, *coefficients())
+    registered = (*OBJECTS, *LIGHTS, *TEXTURES, *BACKGROUNDS, *CAMERAS, *coefficients())
     if registered not in _made:
         _made.clear()
         _made[registered] = FileModels()

@@ -8,7 +8,7 @@ from pydantic import Discriminator, Field, Tag
 
 from ...records import changed
 from ...scene import TEXTS, PixelFilter, Shot
-from ._entry import Entry
+from ._entries import Entry
 from ._keys import KEYS, Name, listed, number, optional
 
 FILES = ("picture", "mask")

@@ -1,13 +1,13 @@
-"""One table of a scene file: from what it says to a record, and back."""
+"""Tables of a scene file as models, read into records and written from them."""
 
-from typing import ClassVar, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
-from pydantic import BaseModel
+from pydantic import BaseModel, create_model
 
 from ..._errors import SceneError
-from ...records import shortest
-from ._keys import KEYS
+from ...records import Registry, Row, shortest
+from ._keys import KEYS, key
 
 
 def written(array):
@@ -65,3 +65,24 @@ class Entry(BaseModel):
             if value is not None
         }
         return {field: values[field] for field in cls.model_fields if values.get(field) is not None}
+
+
+def entry(
+    table: str, kind, rows: tuple[Row, ...], takes_name: bool = False, base: type[Entry] = Entry, **keys
+) -> type[Entry]:
+    """The model of the table of a kind."""
+    first = {name: keys.pop(name) for name in ("name", "type") if name in keys}
+    fields: dict[str, Any] = first | {row.name: key(row) for row in rows} | keys
+    meaning = (kind.__doc__ or "").strip().split("\n\n")[0].replace("\n    ", " ")
+    made = create_model(f"{table.capitalize()}Entry", __base__=base, __doc__=meaning, **fields)
+    made.made, made.takes_name = kind, takes_name
+    return made
+
+
+def entries(registry: Registry, takes_name: bool, default: str | None = None, **keys) -> dict[str, type[Entry]]:
+    """The models of a family, by the type that a file states, or that it need not state."""
+    return {
+        name: entry(name, kind, rows, takes_name, **keys, type=(Literal[name], name if name == default else ...))
+        for kind in registry
+        for name, rows in {kind.TYPE: kind.ROWS, **kind.ALSO}.items()
+    }
