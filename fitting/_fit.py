@@ -15,7 +15,7 @@ from diffwhitted.scene import Scene, depth_number, is_traced, near, whole_number
 from diffwhitted.tree import decide_effects, points_only, trees_or_points
 
 from ._errors import FitError
-from ._outcome import outcome, with_runs
+from ._outcome import outcome, with_causes, with_runs
 from ._prediction import with_prediction
 from ._result import FitResult, FitStep
 from .problem._bounds import Bounds
@@ -26,6 +26,7 @@ from .problem._problem import any_moves
 from .problem._shot_files import shots_of
 from .problem._target import CheckedTarget, as_targets
 from .problem._unknowns import Unknown, insert, list_unknowns, start_values
+from .solving._alternatives import likely_causes
 from .solving._settling import settle
 from .solving._solve import compile_solver
 
@@ -124,6 +125,9 @@ def fit(
     notes = tuple(f"{name} left as it is: {why}" for name, why in passed_over)
     notes += tuple(remark for target in targets for remark in target.notes)
     result = outcome(scene, targets, end, first, effects, notes)
+    if result.misfit and not best.interrupted:
+        found = likely_causes(scene, targets, names, end, best.values, max_depth, footprint)
+        result = with_causes(result, found)
     if left_out is not None:
         result = with_prediction(result, left_out, what, scene)
     if given.keeps_digits:

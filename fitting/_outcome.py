@@ -9,6 +9,7 @@ from diffwhitted.scene import Scene
 
 from ._judged import Judged, judged
 from ._result import FitResult, FittedCoefficient, Status
+from .judging._causes import Cause
 from .judging._identifiability import Uncertainty
 from .problem._target import CheckedTarget, residual_count
 from .problem._unknowns import Unknown, free_as_named, insert
@@ -76,6 +77,22 @@ def with_runs(result: FitResult, solutions: list[Solution], compiling: float) ->
         seconds_compile=compiling,
         seconds_solve=sum(s.seconds for s in solutions),
     )
+
+
+def with_causes(result: FitResult, found: tuple[Cause, ...]) -> FitResult:
+    """The result of a misfit with what may be wrong."""
+    head, _, rest = result.message.partition("; ")
+    if found:
+        said = "most likely " + "; or ".join(
+            f"{cause.what}, which would remove {cause.removed:.0%} of what is left over" for cause in found[:3]
+        )
+    else:
+        said = (
+            "none of the usual mistakes explains it (curve, exposure, flip or shift of the picture, a few wild pixels, "
+            "kind of highlight and of shadows)"
+        )
+    message = "; ".join(part for part in (f"{head}: {said}", rest) if part)
+    return dataclasses.replace(result, message=message, causes=tuple((c.what, c.removed) for c in found))
 
 
 def _coefficient(i: int, unknown: Unknown, found: Judged, best: Solution, start, unknowns) -> FittedCoefficient:

@@ -180,6 +180,7 @@ class FitResult:
       that does to a coefficient is many times what noise would do; `at_rounding_level`: it is no more than
       arithmetic and solver leave over.
     - `sampling`: "points" (one in the middle of each pixel) or "pixel" (the target averages over the area of each).
+    - `causes`: of a misfit, the likely mistakes and the share of the residual (RMS) that each would remove.
     - `steps`, `history`: how many steps the solver took, and one `FitStep` for each; `stages`: one `FitStage` for
       each way in which it looked at the targets, from coarse to fine.
     - `seconds_compile`, `seconds_solve`: wall-clock seconds.
@@ -212,6 +213,7 @@ class FitResult:
     at_rounding_level: bool = False
     stages: tuple[FitStage, ...] = ()
     sampling: str = "points"
+    causes: tuple[tuple[str, float], ...] = ()
     held_out: HeldOut | None = None
 
     def __post_init__(self) -> None:
@@ -255,6 +257,7 @@ class FitResult:
             "misfit": bool(self.misfit),
             "at_rounding_level": bool(self.at_rounding_level),
             "sampling": self.sampling,
+            "causes": [{"what": what, "removed": _finite(removed)} for what, removed in self.causes],
             "held_out": None if self.held_out is None else self.held_out.to_json(),
             "steps": int(self.steps),
             "starts_tried": int(self.starts_tried),

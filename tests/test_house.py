@@ -51,6 +51,7 @@ LAYERS = (
     "fitting.problem",
     "fitting.judging",
     "fitting.solving",
+    "fitting._judged",
     "fitting._outcome",
     "fitting._prediction",
     "fitting._fit",
