@@ -34,7 +34,7 @@ def test_standard_errors_are_the_scatter_of_200_noisy_fits():
     scene, truth = studio(), np.asarray(list(TRUE.values()))
     foretold = fitting.identify(scene, list(TRUE), noise=NOISE, cameras="a")
     asked = question(scene, list(TRUE), NOISE, "a", (), None, 1, None, None)
-    problem = asked.problem(asked.scene, asked.targets)
+    problem = asked.about(asked.scene, asked.targets).problem
     clean, random = seen(scene, ("left", "right", "top")), np.random.default_rng(0)
     found = [
         solve(with_target(problem, clean + NOISE * random.normal(size=clean.shape)), truth, max_steps=20).values

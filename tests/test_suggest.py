@@ -101,6 +101,8 @@ def test_a_lamp_of_its_own_shot_and_one_that_is_there():
     assert np.degrees(np.arccos(cosine)) < 35
     alone = fitting.identify(found.scene, ["paint.k_d"])
     assert found.after["paint.k_d"].standard_error == pytest.approx(alone["paint.k_d"].standard_error, rel=1e-4)
+    unknown = fitting.suggest(scene(shots), ["paint.k_d", "shot.first.exposure"], directions=12)
+    assert (unknown.before.rank, unknown.after.rank) == (2, 2) and unknown.after.identifiable
     there = fitting.suggest(scene(lamps=((0, 5, -6),)), FREE, "light.lamp0", noise=NOISE)
     assert not there.added and len(there.scene.lights) == 1 and there.scene.shots == ()
     assert total(there.after) < total(there.before)

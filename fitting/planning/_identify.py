@@ -1,27 +1,33 @@
 """What a fit would know, with no picture yet."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import jax.numpy as jnp
 import numpy as np
 
 from diffwhitted.records import changed
-from diffwhitted.scene import Scene, depth_number, whole_number
+from diffwhitted.scene import Parameter, Scene, depth_number, whole_number
 
 from .._errors import FitError
 from .._fit import able, near_the_first, require_no_places, require_values
 from .._result import FittedCoefficient
-from ..judging._identifiability import Uncertainty
-from ..judging._rest import on_bound
+from ..judging._identifiability import Uncertainty, uncertainty
+from ..judging._rest import jacobian_precision, on_bound
 from ..problem._build import build
-from ..problem._free_names import free_parameters
-from ..problem._problem import Problem, any_moves
+from ..problem._free_names import free_parameters, split_free
+from ..problem._problem import any_moves
 from ..problem._target import CheckedTarget
 from ..problem._unknowns import Unknown, list_unknowns, start_values
 from ..problem._weighing import first_weighing
 from ._identification import Identification
-from ._looking import factor_at, known_by
+from ._looking import Pictures
 from ._pictures import planned
+
+RESOLVED = 4.0
+"""No standard error is below so many units in the last place of the coefficient."""
 
 
 @dataclass(frozen=True)
@@ -38,10 +44,24 @@ class Question:
     footprint: int
     notes: tuple[str, ...]
 
-    def problem(self, scene: Scene, targets: tuple[CheckedTarget, ...]) -> Problem:
-        """That of a fit of some pictures of a scene."""
-        whole = self.names, self.unknowns, self.values, self.samples, self.max_depth, self.footprint
-        return build(changed(scene, shots=tuple(t.shot for t in targets)), targets, *whole)[0]
+    def about(self, scene: Scene, targets: tuple[CheckedTarget, ...]) -> Pictures:
+        """Some pictures of a scene. The problem of a fit of them knows nothing of the numbers of other shots."""
+        shots = {t.name for t in targets}
+
+        def told(parameter: Parameter) -> bool:
+            return parameter.family != "shot" or parameter.owner in shots
+
+        columns = np.flatnonzero([told(u.parameter) for u in self.unknowns])
+        names = tuple(name for name in self.names if told(split_free(self.scene, name)[0]))
+        unknowns, values = tuple(self.unknowns[k] for k in columns), self.values[columns]
+        scene = changed(scene, shots=tuple(t.shot for t in targets))
+        problem = build(scene, targets, names, unknowns, values, self.samples, self.max_depth, self.footprint)[0]
+        return Pictures(problem, targets, values, columns, len(self.unknowns))
+
+    def known(self, factor: np.ndarray) -> Uncertainty:
+        """What a factor in units of the noise says."""
+        eps = float(jnp.finfo(self.scene.dtype).eps)
+        return uncertainty(factor, 1.0, self.values, self.unknowns, jacobian_precision(self.scene), RESOLVED * eps)
 
 
 def identify(
@@ -71,9 +91,8 @@ def identify(
     leave something out of a pixel is not in it. Raises `FitError` for input that cannot be used.
     """
     asked = question(scene, free, noise, cameras, only, bounds, samples, max_depth, footprint)
-    problem = asked.problem(asked.scene, asked.targets)
-    factor, shown = factor_at(problem, asked.targets, asked.values)
-    return identification(asked, shown, known_by(problem, factor, asked.values))
+    factor, shown = asked.about(asked.scene, asked.targets).factor()
+    return identification(asked, shown, asked.known(factor))
 
 
 def question(scene, free, noise, cameras, only, bounds, samples, max_depth, footprint) -> Question:

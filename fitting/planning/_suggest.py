@@ -13,13 +13,10 @@ from diffwhitted.scene import PointLight, Scene
 
 from .._errors import FitError
 from ..judging._identifiability import Uncertainty
-from ..problem._problem import Problem, factorise
-from ..problem._target import residual_count
-from ..problem._views import some_passes
 from ._additions import Movable, movable, surroundings
 from ._identification import Identification
 from ._identify import Question, identification, question
-from ._looking import factor_at, known_by, retraced, together
+from ._looking import Pictures, together
 from ._snippet import scene_tables
 from ._sphere import all_around, best_direction
 
@@ -108,9 +105,8 @@ def suggest(
         )
     asked = question(scene, free, noise, cameras, only, bounds, samples, max_depth, footprint)
     thing = movable(asked.scene, asked.targets, what, asked.unknowns, bool(scene.shots))
-    problem = asked.problem(asked.scene, asked.targets)
-    factor, shown = factor_at(problem, asked.targets, asked.values)
-    before = identification(asked, shown, known_by(problem, factor, asked.values))
+    factor, shown = asked.about(asked.scene, asked.targets).factor()
+    before = identification(asked, shown, asked.known(factor))
     trial = _Trial.of(asked, thing)
     tried = []
     direction = best_direction(
@@ -143,8 +139,9 @@ class _Trial:
     base: np.ndarray
     """The factor of the pictures that do not change, (p, p)."""
     shown: tuple
-    problem: Problem
-    """Of those that do."""
+    """What they show."""
+    pictures: Pictures
+    """Those that do."""
 
     @staticmethod
     def of(asked: Question, thing: Movable) -> _Trial:
@@ -152,10 +149,10 @@ class _Trial:
         middle = surroundings(asked.scene, cameras, asked.unknowns)
         base, shown = np.zeros((len(asked.unknowns),) * 2), ()
         if thing.others:
-            base, shown = factor_at(asked.problem(thing.scene, thing.others), thing.others, asked.values)
-        problem = asked.problem(thing.scene, thing.changed)
+            base, shown = asked.about(thing.scene, thing.others).factor()
+        pictures = asked.about(thing.scene, thing.changed)
         distance = _distance(asked.scene, thing, middle, cameras)
-        return _Trial(asked, thing, _rounded(middle, distance), distance, base, shown, problem)
+        return _Trial(asked, thing, _rounded(middle, distance), distance, base, shown, pictures)
 
     def place_of(self, direction: np.ndarray, rounded: bool = False) -> np.ndarray:
         place = direction if self.thing.far else self.middle + self.distance * direction
@@ -178,30 +175,23 @@ class _Trial:
         return self.thing.far or not any(thing.holds(place) for thing in self.asked.scene.objects)
 
     def score(self, direction: np.ndarray) -> tuple[int, float]:
-        """Rank, and minus the sum of the logarithms of the standard errors in each one's own scale. Noise that does
-        not depend on light allows for a look at a share of the pixels."""
+        """Rank, and minus the sum of the logarithms of the standard errors in each one's own scale."""
         if not self._stands_free(direction):
             return -1, 0.0
-        problem, targets = self._there(self.place_of(direction)), self.thing.changed
-        if any(t.noise is not None and t.noise.gain for t in targets):
-            factor = factor_at(retraced(problem, self.asked.values), targets, self.asked.values)[0]
-        else:
-            few = replace(problem, views=tuple(some_passes(view, 1) for view in problem.views))
-            factor = factorise(retraced(few, self.asked.values), self.asked.values)[0][:-1, :-1]
-            factor = factor * np.sqrt(float(residual_count(targets)))
-        known = known_by(problem, together(self.base, factor), self.asked.values)
+        factor = self._there(self.place_of(direction), few=True).glance()
+        known = self.asked.known(together(self.base, factor))
         scale = [u.row.measured_in.slope(v) for u, v in zip(self.asked.unknowns, self.asked.values, strict=True)]
         error = known.spread * np.asarray(scale)
         return known.rank, -float(np.log(error[error > 0]).sum())
 
     def whole(self, place: np.ndarray) -> tuple[Uncertainty, tuple]:
         """What all pixels say with it there, and what the pictures show."""
-        problem = retraced(self._there(place), self.asked.values)
-        factor, shown = factor_at(problem, self.thing.changed, self.asked.values)
-        return known_by(problem, together(self.base, factor), self.asked.values), (*self.shown, *shown)
+        factor, shown = self._there(place).factor()
+        return self.asked.known(together(self.base, factor)), (*self.shown, *shown)
 
-    def _there(self, place: np.ndarray) -> Problem:
-        return replace(self.problem, scene=self.thing.at(place, self.middle, self.problem.scene))
+    def _there(self, place: np.ndarray, few: bool = False) -> Pictures:
+        scene = self.thing.at(place, self.middle, self.pictures.problem.scene)
+        return self.pictures.retraced(scene, few)
 
 
 def _rounded(place: np.ndarray, size: float) -> np.ndarray:
