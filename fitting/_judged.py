@@ -104,8 +104,10 @@ def judged(scene: Scene, targets: Sequence[CheckedTarget], end: Settled) -> Judg
     # Is the model wrong by more than intervals can carry?
     with np.errstate(all="ignore"):
         ratio = np.nanmax(np.where(known.identifiable & (white > 0), widened / white, 0), initial=0)
-    left = np.sqrt(np.mean([v.rmse**2 for v in views]))
-    size = np.sqrt(np.mean([np.mean(np.square(v.target[v.weight > 0], dtype=np.float64)) for v in views]))
+    left = np.sqrt(np.mean([v.rmse**2 for v in views if v.weight.any()]))
+    size = np.sqrt(
+        np.mean([np.mean(np.square(v.target[v.weight > 0], dtype=np.float64)) for v in views if v.weight.any()])
+    )
     found.misfit = bool(structured and ratio > SERIOUS and left > VISIBLE * size)
     if structured and not found.misfit:
         found.notes.append("what is left over goes along with its neighbours; the intervals allow for it")

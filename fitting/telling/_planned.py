@@ -78,8 +78,8 @@ def comparison_table(found: Suggestion, width: int = 80) -> Group:
     for before, after in zip(found.before.coefficients, found.after.coefficients, strict=True):
         errors = [c.standard_error for c in (before, after)]
         cells = ["not determined" if error is None else rounded_error(error) for error in errors]
-        ratio = f"{errors[0] / errors[1]:.2g} times" if errors[0] and errors[1] else ""
+        ratio = f"{errors[0] / errors[1]:.1f} times" if errors[0] and errors[1] else ""
         table.add_row(*map(Text, (printable(after.name), *cells, ratio)))
-        if after.remark:
+        if not after.identifiable:
             notes.append(f"{after.name}: {after.remark}")
     return Group(table, Text(printable("\n".join(notes)))) if notes else Group(table)
