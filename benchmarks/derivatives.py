@@ -10,7 +10,7 @@ import diffwhitted
 from diffwhitted.accuracy._reference import rmse
 from diffwhitted.rendering._passes import record_passes, replay_passes
 from diffwhitted.scene import Row
-from diffwhitted.tree._effects import calls_for
+from diffwhitted.tree import calls_for
 
 from ._figures import Figure
 from ._fresh import in_fresh_process, run

@@ -12,6 +12,7 @@ import pytest
 from conftest import SOON_COMPILED
 
 import diffwhitted as dw
+from diffwhitted._errors import SceneNote
 from diffwhitted.formats import scene_text
 from diffwhitted.scene import near
 
@@ -158,7 +159,8 @@ def test_parallel_rays_begin_on_the_plane_through_look_from():
     np.testing.assert_allclose(ray.direction.stacked(), [[0, -1, 0], [0, -1, 0]], atol=1e-12)
     # What lies behind that plane is not seen.
     behind = dw.OrthographicCamera((0, 0, -2), (0, 0, -3), 2.0, 4, 3)
-    assert not np.asarray(dw.render(ball(behind), behind)).any()
+    with pytest.warns(SceneNote, match="entirely black"):
+        assert not np.asarray(dw.render(ball(behind), behind)).any()
 
 
 def test_no_body_that_parallel_rays_may_begin_in_counts_as_one_that_stands_alone():

@@ -16,6 +16,7 @@ FIELD = Path(__file__).parent / "field"
 
 
 @pytest.mark.parametrize("case", ["nonfinite_500080", "nonfinite_500184"])
+@pytest.mark.filterwarnings("ignore::diffwhitted._errors.SceneNote")
 def test_what_a_dead_lane_computes_reaches_nothing(case):
     """Far from the origin, through glass: a lane without a ray is NaN here, where the picture made op by op is
     finite.

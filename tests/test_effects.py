@@ -33,6 +33,7 @@ class Variant:
     radius: float = 1.0
     footprint: int = 0
     cutoff: float = 0.0
+    twin: bool = False
     scene: dw.Scene = field(init=False, compare=False)
 
     def __post_init__(self):
@@ -44,6 +45,7 @@ class Variant:
                 objects=[
                     dw.Sphere("ball", (0, 0, 0), self.radius, "paint"),
                     dw.Plane("ground", (0, 1, 0), -1, "plain"),
+                    *[dw.Sphere("twin", (0, 0, 0), self.radius, "paint")] * self.twin,
                 ],
                 materials={"paint": dw.Material(**dict(self.ball)), "plain": dw.Material(**dict(self.floor))},
                 lights=[light],
@@ -85,6 +87,7 @@ PAIRS = {
     "refraction": (BARE, GLASSY),
     "total_internal_reflection": (GLASSY, Variant(free=("paint.k_t", "paint.refractive_index"))),
     "nested_media": (GLASSY, Variant(free=("paint.k_t", "plain.k_t"))),
+    "shared_surfaces": (GLASSY, dataclasses.replace(GLASSY, twin=True)),
     "textures": (BARE, Variant(floor=(*BARE.floor, ("k_d_texture", "white")))),
     "attenuation": (BARE, Variant(attenuation=(1.0, 0.0, 0.0))),
     "background_gradient": (BARE, Variant(gradient=True)),
@@ -178,6 +181,7 @@ def everything():
             dw.Plane("ground", (0, 1, 0), -1, "tiles"),
             dw.Sphere("ball", (0, 0, 0), 1, "glass"),
             dw.Sphere("bead", (0, 0, 0), 0.4, "glass"),
+            dw.Sphere("skin", (0, 0, 0), 0.4, "tiles"),
         ],
         materials={
             "glass": dw.Material(k_h=0.25, k_s=0.2, k_t=(0.0, 0.7, 0.8), refractive_index=1.5),
@@ -204,6 +208,7 @@ def test_reasons_name_the_object_and_the_coefficient():
     assert given["tinted_shadows"][1] == "object 'ball': glass.k_t = [0. , 0.7, 0.8]"
     assert given["total_internal_reflection"][1] == "object 'ball': glass.refractive_index = 1.5"
     assert given["nested_media"][1] == "objects 'ball' and 'bead' are both transparent"
+    assert given["shared_surfaces"][1] == "objects 'bead' and 'skin' share a surface"
     assert given["textures"][1] == "object 'ground': k_d_texture = 'checks'"
     assert given["attenuation"][1] == "light 2 has an attenuation"
     assert "gradient" in given["background_gradient"][1] and "'ground'" in given["shadows"][1]

@@ -152,6 +152,7 @@ def test_a_fit_far_away():
     np.testing.assert_array_equal(result.scene.objects[0].centre, there.objects[0].centre)
 
 
+@pytest.mark.filterwarnings("ignore::diffwhitted._errors.SceneNote")
 def test_cameras_far_from_each_other():
     """Each sees what is near it."""
     scene = dw.parse_scene(text(WHOLE))

@@ -19,6 +19,9 @@ from hypothesis import strategies as st
 import diffwhitted as dw
 from diffwhitted.tree import make_plan
 
+pytestmark = pytest.mark.filterwarnings("ignore::diffwhitted._errors.SceneNote")
+"""Random scenes are often black, or have lamps inside of things."""
+
 
 def number(low, high):
     return st.integers(low, high).map(float) | st.floats(low, high, width=32)

@@ -23,6 +23,8 @@ from diffwhitted.accuracy._choose import in_precision
 from diffwhitted.records import changed
 from diffwhitted.tree import make_plan
 
+pytestmark = pytest.mark.filterwarnings("ignore::diffwhitted._errors.SceneNote")
+"""Random scenes are often black, or have lamps inside of things."""
 AGREE = 1e-3
 drawn = functools.partial(
     settings, derandomize=True, database=None, deadline=None, suppress_health_check=list(HealthCheck)

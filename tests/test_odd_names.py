@@ -98,6 +98,7 @@ def test_what_steers_a_terminal_is_written_out(name, shown):
     assert printable(name) == shown and str(dw.InputError(name)) == shown
 
 
+@pytest.mark.filterwarnings("ignore::diffwhitted._errors.SceneNote")
 def test_names_of_files_reach_the_terminal_written_out(tmp_path, capfd):
     """Errors of ours and of the options, and the line that says what was written."""
     missing = tmp_path / f"no{RED}such.toml"

@@ -48,6 +48,26 @@ FAULTS = {
     "center": ("centre =", "center =", 'object "ball"', "unknown key center", 'Did you mean "centre"?'),
     "color": ("colour =", "color =", "1st [[light]]", "unknown key color", 'Did you mean "colour"?'),
     "ior": ("refractive_index =", "ior =", 'material "glass"', "ior = 1.5", 'Did you mean "refractive_index"?'),
+    "bubble by radius": ("radius = 1", "radius = -0.7", "put a sphere of refractive_index 1 inside the glass"),
+    "bubble by index": (
+        "refractive_index = 1.5",
+        "refractive_index = 0.75",
+        "put a sphere of index 1 inside the glass",
+        "the camera inside the water",
+    ),
+    "MTL Ks": (
+        "k_h = 0.3",
+        "Ks = 0.3",
+        "unknown key Ks = 0.3. MTL's Ks is the highlight, k_h here (k_s is the mirror).",
+    ),
+    "MTL Kd": ("k_d =", "Kd =", "MTL's Kd is k_d here."),
+    "MTL Ns": ("phong_exponent =", "Ns =", "MTL's Ns is phong_exponent here."),
+    "MTL Ni": ("refractive_index =", "Ni =", "MTL's Ni is refractive_index here."),
+    "MTL d": ("k_t =", "d =", "MTL's d is the opacity; here k_t = 1 - d"),
+    "MTL illum": ("k_a = 0.012", "illum = 2", "each is there where its coefficient is not zero. Allowed are"),
+    "Mitsuba": ("refractive_index =", "int_ior =", "Mitsuba's int_ior is refractive_index here."),
+    "Blender": ("phong_exponent =", "roughness =", "about phong_exponent = 2 / r^4 - 2 here"),
+    "POV-Ray": ("phong_exponent =", "phong_size =", "POV-Ray's phong_size is phong_exponent here."),
     "kd": ("k_d =", "kd =", 'material "glass"', "unknown key kd", 'Did you mean "k_d"?'),
     "key of another shape": (
         "offset = -1",
@@ -365,10 +385,15 @@ def test_no_odd_value_ends_in_anything_but_a_scene_or_its_error(data):
 PARALLEL = FILE.replace("vfov_deg = 61.9275", 'type = "orthographic"\nview_height = 2.5')
 
 
+SHOT = FILE + '\n\n[[shot]]\nname = "one"\nexposure = 1.0\ngamma = 2.2\n'
+
+
 def limited_keys():
     """(model, key, limit, first value past it) for each limit of a number in the schema."""
     past = {"minimum": -1, "maximum": 1, "exclusiveMinimum": 0, "exclusiveMaximum": 0}
-    for name, model in scene_schema()["$defs"].items():
+    models = scene_schema()["$defs"]
+    models.pop("NoiseEntry")  # An inline table, tested with the shots.
+    for name, model in models.items():
         for key, field in model["properties"].items():
             for limit in sorted(past.keys() & field.keys()):
                 yield pytest.param(model, key, field[limit] + past[limit], id=f"{name}-{key}-{limit}")
@@ -376,13 +401,37 @@ def limited_keys():
 
 @pytest.mark.parametrize("model, key, value", list(limited_keys()))
 def test_a_limit_of_the_schema_is_a_limit_of_the_records(model, key, value):
-    file = FILE if key in FILE else PARALLEL
+    file = next(text for text in (FILE, PARALLEL, SHOT) if f"\n{key} = " in text)
     table = next(
         name
-        for name in ("scene", "camera", "texture", "material", "object")
-        if key in file[file.index(f"[{name}]") :].split("\n\n")[0]
+        for name in ("scene", "camera", "texture", "material", "object", "shot")
+        if f"\n{key} = " in file[file.index(f"[{name}]") :].split("\n\n")[0]
     )
     start = file.index(f"\n{key} = ", file.index(f"[{table}]"))
     end = file.index("\n", start + 1)
     message = refused(f"{file[:start]}\n{key} = {value:g}{file[end:]}")
     assert f"{key} = {value:g}; allowed is" in message
+
+
+@pytest.mark.parametrize(
+    "text, line, said",
+    [
+        ("[[material]]\nname = 'a'\nk_d = [#ff8800]\nk_h = 0.3\n", 3, "# begins a comment"),
+        ("[[material]]\nname = 'a'\nk_d = [0.1, 0.2\nk_h = 0.3\n", 3, 'the line is "k_d = [0.1, 0.2"'),
+        ("[[object]]\nvertices = [[0, 0, 0],\n  [1, 0, 0]\n\n[[light]]\nname = 'b'\n", 2, "vertices"),
+        ("[[object]]\nvertices = [[0, 0, 0],\n  [1, 0, 0]\n", 2, "vertices"),
+        ("[[object]]\nname = 'a ['\nvertices = [[0, 0, 0],  # [\n  [1, 0, x]]\nk = 1\n", 4, "Invalid value"),
+    ],
+)
+def test_an_array_that_is_not_closed_is_where_it_began(text, line, said):
+    message = refused(text)
+    assert f"line {line}" in message and said in message
+    assert ("the array that begins here is not closed" in message) == (said != "Invalid value")
+
+
+@pytest.mark.parametrize("look_at", [(0, 0, -5), (0, 3, 0), (4, 0, 0), (1, 2, 3)])
+def test_the_axis_that_is_suggested_in_place_of_up_can_be_taken(look_at):
+    text = "[[camera]]\nlook_from = [0, 0, 0]\nlook_at = {}\nup = {}\nvfov_deg = 40\nwidth = 4\nheight = 3\n"
+    message = refused(text.format(list(look_at), list(look_at)))
+    suggested = message.rpartition("such as ")[2]
+    assert parse_scene(text.format(list(look_at), suggested)).cameras

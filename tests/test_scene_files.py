@@ -194,6 +194,7 @@ def scenes(draw) -> Scene:
 
 
 @settings(max_examples=25, deadline=None)
+@pytest.mark.filterwarnings("ignore::diffwhitted._errors.SceneNote")
 @given(scenes())
 def test_any_scene_has_the_same_bits_after_its_text(scene):
     assert_same_scene(scene, parse_scene(scene_text(scene)))

@@ -148,5 +148,7 @@ def test_faults_of_shots_are_named():
         dw.Shot("s", exposure=0)
     with pytest.raises(dw.SceneError, match="noise = .*allowed is a standard deviation"):
         dw.Shot("s", noise={"sigma": 1})
+    with pytest.raises(dw.SceneError, match="noise = .*both >= 0"):
+        dw.Shot("s", noise={"read": -1})
     with pytest.raises(fitting.FitError, match="the scene has no \\[\\[shot\\]\\]"):
         fitting.fit(studio(), free=["paint.k_d"])

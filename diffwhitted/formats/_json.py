@@ -13,6 +13,8 @@ from ._losses import Losses, named
 from ._numbers import plain
 
 VERSION = 1
+SHOT = ("camera", "picture", "mask", "encoding", "lights", "noise", "filter")
+"""What a shot says in words and settings."""
 
 
 def json_numbers(scene: Scene, source: str) -> Written:
@@ -44,7 +46,10 @@ def json_numbers(scene: Scene, source: str) -> Written:
         "objects": {o.name: {"type": o.written_type(), "material": o.material, **_words(o)} for o in scene.objects},
         "lights": {light.name: {"type": light.written_type(), **_words(light)} for light in scene.lights},
         "textures": {name: {"type": t.written_type(), **_words(t)} for name, t in scene.textures.items()},
-        "cameras": {name: {"width": c.width, "height": c.height} for name, c in scene.cameras.items()},
+        "cameras": {
+            name: {"type": c.written_type(), **_stated(c.keys()), **_words(c)} for name, c in scene.cameras.items()
+        },
+        "shots": {shot.name: _stated({key: getattr(shot, key) for key in SHOT}) for shot in scene.shots},
         "not_in_this_file": lost.here(),
     }
     return Written(
@@ -57,6 +62,10 @@ def _number(scene: Scene, parameter) -> dict[str, Any]:
     row = parameter.row
     about = {"value": plain(parameter.value(scene)).tolist(), "unit": row.unit, "meaning": row.meaning}
     return about | ({"symbol": row.symbol} if row.symbol else {})
+
+
+def _stated(keys: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in keys.items() if value is not None}
 
 
 def _words(record) -> dict[str, str]:

@@ -12,7 +12,7 @@ from ..scene import Material, Scene, coefficients
 Thing = tuple[str, str]
 """Of what a sentence is said: its kind and its name, such as ("material", "glass")."""
 _NEVER = {"self", "place", "name", "material", "precision"}
-_MEMBERS = {"objects", "materials", "lights", "cameras", "textures", "background"}
+_MEMBERS = {"objects", "materials", "lights", "cameras", "textures", "background", "shots"}
 _DRAWING = {"footprint"}
 """How this program draws, and nothing of the scene."""
 
@@ -38,6 +38,12 @@ class Losses:
         """The same of the table [scene]."""
         for key in _stated(scene, {*known, *_MEMBERS, *_DRAWING}):
             self.say(f"{key} of the scene is lost")
+        self.shots(scene)
+
+    def shots(self, scene: Scene) -> None:
+        """Say that the shots are, where there are any."""
+        if scene.shots:
+            self.say(f"left out: what the scene says of its pictures ({len(scene.shots)} in [[shot]])")
 
     def unknown_coefficients(self, material: Material, known: Collection[str], what: Thing) -> None:
         """Say which coefficients the format has no word for, where they do anything."""
@@ -77,8 +83,10 @@ def _stated(record, known: Collection[str]) -> Iterator[str]:
 
 
 def _same(value, default) -> bool:
-    if value is None or default is None or isinstance(default, str):
-        return value is default or value == default
+    if value is None or default is None:
+        return value is default
+    if isinstance(default, str):
+        return value == default
     return np.shape(value) in (np.shape(default), ()) and np.array_equal(
         np.asarray(value), np.asarray(default, np.asarray(value).dtype)
     )

@@ -20,6 +20,7 @@ def mtl_materials(scene: Scene, source: str) -> Written:
     del source
     lost = Losses("MTL")
     lost.say("materials alone; objects, lights, cameras, background and ambient light are not in the file")
+    lost.shots(scene)
     words = words_of(scene.materials, allowed=r"\w.-", longest=200)
     body = []
     for name, material in scene.materials.items():

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from ..records import shortest
-from ..scene import Camera, Material, PointLight, Scene
+from ..scene import Material, PointLight, Scene
 
 COLOURED = ("k_a", "k_d", "k_h", "k_s", "k_t")
 KNOWN = (*COLOURED, "phong_exponent", "refractive_index")
@@ -54,20 +54,6 @@ def extent(scene: Scene) -> tuple[np.ndarray, float]:
     low = np.min([middle - radius for middle, radius in balls], axis=0)
     high = np.max([middle + radius for middle, radius in balls], axis=0)
     return (low + high) / 2, float(np.linalg.norm(high - low)) / 2
-
-
-def main_camera(scene: Scene) -> str | None:
-    """The camera that a program which knows one gets: "main", or the first."""
-    return "main" if "main" in scene.cameras else next(iter(scene.cameras), None)
-
-
-def axes_of(camera: Camera) -> np.ndarray:
-    """Unit vectors to the right, up and back, the rows of a (3, 3)."""
-    ahead = plain(camera.look_at) - plain(camera.look_from)
-    ahead /= np.linalg.norm(ahead)
-    right = np.cross(ahead, plain(camera.up))
-    right /= np.linalg.norm(right)
-    return np.stack([right, np.cross(right, ahead), -ahead])
 
 
 def halfway_exponent(material: Material) -> float:

@@ -93,6 +93,7 @@ def _of_materials(form_name: str, table: Table) -> Callable[[Scene, str], Writte
         del source
         lost = Losses(form_name)
         lost.say("materials alone, to four digits; objects, lights, cameras and textures are not in the file")
+        lost.shots(scene)
         columns = [(row, _symbol(row.symbol) if row.symbol else plain_words(row.name)) for row in coefficients()]
         head = ["material", *(symbol for _, symbol in columns), "highlight"]
         rows = [

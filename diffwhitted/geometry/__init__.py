@@ -14,13 +14,15 @@ from ._footprint import (
     uncovered,
 )  # fmt: skip
 from ._hit import Hit
-from ._ray import NOTHING, Departure, Ray
+from ._ray import NOTHING, Departure, Ray, Sheets, sheet_at
 from ._search import Shapes, blocked, containing, crossing_counts, nearest, surface_at
+from ._sheets import hidden_by_layers, in_order, layers_crossed, neighbours
 from ._surface import AbstractSurfaces
 
 __all__ = [
     "LEAST_COVERAGE", "NOTHING", "AbstractSurfaces", "Departure", "Edge", "Footprint", "Hit", "Ray", "Shapes",
-    "beside_small", "blocked", "containing", "covered", "crosswise", "crossing_counts", "curvature_at", "edge_of",
-    "hidden_parts", "near_silhouettes", "nearest", "nearest_part", "on_surface", "part_of", "silhouette_of",
-    "steps_on_surface", "surface_at", "uncovered",
+    "Sheets", "beside_small", "blocked", "containing", "covered", "crosswise", "crossing_counts", "curvature_at",
+    "edge_of", "hidden_by_layers", "hidden_parts", "in_order", "layers_crossed", "near_silhouettes", "neighbours",
+    "nearest", "nearest_part", "on_surface", "part_of", "sheet_at", "silhouette_of", "steps_on_surface", "surface_at",
+    "uncovered",
 ]  # fmt: skip

@@ -45,7 +45,7 @@ def nearest_part(shapes: Shapes, ray: Ray, footprint: Footprint, departure: Depa
     nobody = jnp.full(no.shape, NOTHING, jnp.int32)
     best = jnp.full(no.shape, jnp.inf, ray.origin.dtype), nobody, jnp.zeros(no.shape, jnp.int8), no, no
     for first, family in shapes.numbered():
-        distance, member, *rest = family.nearest_part(ray, footprint, departure.counted_from(first))
+        distance, member, *rest = family.nearest_part(ray, footprint, departure.counted_from(first, shapes.sheets))
         best = where(distance < best[0], (distance, member + first, *rest), best)
     return best[1:]
 
@@ -65,7 +65,8 @@ def hidden_parts(
     for first, family in shapes.numbered():
         mine = tuple(counted_from(first, part) for part in parts)
         flags = shapes.part(blocks, first, family)
-        whole, mine = family.hidden_parts(ray, footprint, departure.counted_from(first), limit, flags, (whole, mine))
+        leaves = departure.counted_from(first, shapes.sheets)
+        whole, mine = family.hidden_parts(ray, footprint, leaves, limit, flags, (whole, mine))
         parts = tuple(jnp.where(m >= 0, m + first, part) for m, part in zip(mine, parts, strict=True))
     return whole, parts
 

@@ -16,7 +16,7 @@ from jaxtyping import Array, Bool, Float, Int
 from ..numerics._stage import repeated
 from ..numerics._vector import Vec3, lookup, where
 from ._hit import Hit
-from ._ray import NOTHING, Departure, Ray
+from ._ray import NOTHING, Departure, Ray, Sheets
 from ._surface import AbstractSurfaces
 
 
@@ -26,6 +26,9 @@ class Shapes(eqx.Module):
     families: tuple[AbstractSurfaces, ...]
     object_of: Int[Array, "surfaces"] | None = None
     """The object that each surface belongs to; None where each is an object of its own."""
+
+    sheets: Sheets | None = None
+    """Which surfaces lie in one place; None where that is not looked at."""
 
     def numbered(self) -> Iterator[tuple[int, AbstractSurfaces]]:
         """(number of its first surface, family) for each family."""
@@ -63,7 +66,7 @@ def nearest(
     distance = jnp.full(ray.origin.shape, jnp.inf, ray.origin.dtype)
     best = distance, jnp.full(distance.shape, NOTHING, jnp.int32), jnp.zeros(distance.shape, jnp.int8)
     for first, family in shapes.numbered():
-        distance, member, crossing = family.nearest(ray, departure.counted_from(first))
+        distance, member, crossing = family.nearest(ray, departure.counted_from(first, shapes.sheets))
         best = where(distance < best[0], (distance, member + first, crossing), best)
     return best
 
@@ -73,7 +76,7 @@ def blocked(
 ) -> Bool[Array, "n"]:
     """Does a surface, of those with `blocks` where that is given, lie on the ray nearer than `limit`?"""
     found = (
-        family.blocked(ray, departure.counted_from(first), limit, shapes.part(blocks, first, family))
+        family.blocked(ray, departure.counted_from(first, shapes.sheets), limit, shapes.part(blocks, first, family))
         for first, family in shapes.numbered()
     )
     return reduce(jnp.logical_or, found, jnp.zeros(ray.origin.shape, bool))
@@ -86,7 +89,7 @@ def crossing_counts(
     totals = (jnp.zeros(ray.origin.shape, jnp.int32),) * count
     for first, family in shapes.numbered():
         found = family.crossing_counts(
-            ray, departure.counted_from(first), limit, shapes.part(kinds, first, family), count
+            ray, departure.counted_from(first, shapes.sheets), limit, shapes.part(kinds, first, family), count
         )
         totals = tuple(total + more for total, more in zip(totals, found, strict=True))
     return totals

@@ -77,6 +77,18 @@ class AbstractSurfaces(eqx.Module):
         """Is the point inside? A sheet holds no volume."""
         return jnp.zeros(point.shape, bool)
 
+    def covers(self, point: Vec3) -> Bool[Array, "*n"]:
+        """Does it reach to a point of the unbounded surface that carries it?"""
+        return jnp.ones(point.shape, bool)
+
+    def bordered(self, ray: Ray, footprint: Footprint) -> Bool[Array, "*n"]:
+        """Does its border, within the unbounded surface that carries it, cut the pixel? By default it has none."""
+        return jnp.zeros(ray.origin.shape, bool)
+
+    def crossing_at(self, entering: Bool[Array, "*n"]) -> Int[Array, "*n"]:
+        """The number of the crossing of a ray that is on the surface and goes through it, by the side it comes from."""
+        return jnp.zeros(entering.shape, jnp.int8)
+
     def bounding(self) -> tuple[Vec3, Float[Array, "*n"]]:
         """Middle and radius of a sphere around each surface; infinite where none is known."""
         some = jax.tree.leaves(self)[0]
@@ -117,7 +129,7 @@ class AbstractSurfaces(eqx.Module):
         """
 
         def closer(k, member, best):
-            distance, crossing = member.first_crossing(ray, departure.primitive == k, departure.inwards)
+            distance, crossing = member.first_crossing(ray, departure.starts_on(k), departure.inwards)
             return where(distance < best[0], (distance, jnp.full_like(best[1], k), crossing), best)
 
         missed = jnp.full(ray.origin.shape, jnp.inf, ray.origin.dtype)
@@ -130,7 +142,7 @@ class AbstractSurfaces(eqx.Module):
         """Does a member, of those with `blocks` where that is given, lie on the ray nearer than `limit`?"""
 
         def either(k, member, found):
-            distance, _ = member.first_crossing(ray, departure.primitive == k, departure.inwards)
+            distance, _ = member.first_crossing(ray, departure.starts_on(k), departure.inwards)
             hit = distance < limit
             return found | (hit if blocks is None else hit & blocks[k])
 
@@ -142,7 +154,7 @@ class AbstractSurfaces(eqx.Module):
         """How many surfaces of each kind 0 .. count - 1 the ray crosses before `limit`."""
 
         def counted(k, member, totals):
-            crossings = member.crossings(ray, departure.primitive == k, departure.inwards)
+            crossings = member.crossings(ray, departure.starts_on(k), departure.inwards)
             met = sum((distance < limit).astype(jnp.int32) for distance in crossings)
             met = jnp.where(departure.leaves_out(k), 0, met)
             return tuple(total + jnp.where(kinds[k] == kind, met, 0) for kind, total in enumerate(totals))
@@ -165,7 +177,7 @@ class AbstractSurfaces(eqx.Module):
         may_pass = departure.passed[-1] == NOTHING
 
         def closer(k, member, best):
-            on_it = departure.primitive == k
+            on_it = departure.starts_on(k)
             distance, crossing = member.first_crossing(ray, on_it, departure.inwards)
             silhouette, closest = member.silhouette(ray, footprint)
             missed, side = jnp.isinf(distance), member.side(ray)
@@ -187,7 +199,7 @@ class AbstractSurfaces(eqx.Module):
 
         def either(k, member, found):
             whole, parts = found
-            on_it = departure.primitive == k
+            on_it = departure.starts_on(k)
             distance, crossing = member.first_crossing(ray, on_it, departure.inwards)
             silhouette, closest = member.silhouette(ray, footprint)
             from_outside = jnp.isinf(distance) | (member.enters(ray, crossing) == member.side(ray))

@@ -10,7 +10,7 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from ._checks import number_array, require
+from ._checks import is_traced, number_array, require
 from ._scale import SCALES, Scale, ScaleName
 
 REQUIRED: Final = object()
@@ -53,6 +53,8 @@ class Row:
     choices: tuple[str, ...] = ()
     pattern: str | None = None
     """Of text: what it must match."""
+    below: str = ""
+    """What to say to someone who gives less than is allowed."""
     symbol: str = ""
     source: str = ""
     """Paper and equation."""
@@ -125,13 +127,19 @@ class Row:
         )
         return bool(inside.all()) and (not self.nonzero or bool((value != 0).any()))
 
+    def advice(self, value) -> str:
+        """What else to say of a value that is not allowed."""
+        if is_traced(value) or not self.below or (value > self.lowest).all():
+            return ""
+        return self.below
+
     def read(self, value, place: str):
         """`value` as an array of this row, or `SceneError` naming the place, the value and what is allowed."""
         listed = ((len(self.parts),),) if self.kind == "numbers" else ((entries(value), 3),)
         shapes = _SHAPES.get(self.kind, listed)
         array = number_array(value, place, self.name, shapes)
         if self.allowed():
-            require(self.holds, place, self.name, array, self.allowed())
+            require(self.holds, place, self.name, array, self.allowed(), self.advice(array))
         return array if self.kind != "colour" or array.shape else array * np.ones(3, array.dtype)
 
 

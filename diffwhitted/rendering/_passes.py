@@ -11,6 +11,7 @@ from ..numerics._kept import kept
 from ..numerics._workers import side_by_side
 from ..scene import AbstractCamera, Scene, Tables
 from ..tree import Beyond, Plan, Record, film_of, grid, record, replay, sample_places, tables_of, trace
+from ._black import note_if_black
 
 
 def trace_samples(
@@ -70,7 +71,9 @@ def _render_passes(tables: Tables, camera: AbstractCamera, plan: Plan, samples: 
 
 def traced_passes(scene: Scene, camera: AbstractCamera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):
     """The image, side by side on all processors, and the rays other than camera rays of each pass and sample."""
-    return _traced_passes(tables_of(scene, plan), camera, plan.program, samples, beyond)
+    image, needed = _traced_passes(tables_of(scene, plan), camera, plan.program, samples, beyond)
+    note_if_black(scene, camera, plan, image)
+    return image, needed
 
 
 def _traced_passes(tables: Tables, camera: AbstractCamera, plan: Plan, samples: int, beyond: Beyond | None):
@@ -87,6 +90,7 @@ def traced_with_room(scene: Scene, camera: AbstractCamera, plan: Plan, samples: 
         image, descendants = _traced_passes(tables, camera, plan, samples, beyond)
         needed = int(descendants.max())
         if needed <= plan.capacity:
+            note_if_black(scene, camera, plan, image)
             return image, descendants
         plan = plan.with_capacity(2 * needed)
 

@@ -16,6 +16,7 @@ from ._parameters import (
     replace_parameter,
 )
 from ._scene import Precision, Scene, ShadowModel, TotalReflection, check_footprint, float_dtype
+from ._sheets import Sheet, shared_sheets
 from ._shot import TEXTS, PixelFilter, Shot
 from ._tables import Marks, Tables, marks_of, material_names, numbered_objects, tabulate, texture_names
 from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground, GradientBackground
@@ -28,9 +29,9 @@ __all__ = [
     "BY_NAME", "CAMERAS", "COEFFICIENTS", "Camera", "Checker", "ConstantBackground", "DEEPEST", "DirectionalLight",
     "FAMILIES", "GradientBackground", "HIGHLIGHTS", "HighlightModel", "LIGHTS", "Marks", "Material", "OBJECTS",
     "OrthographicCamera", "Parameter", "PixelFilter", "Plane", "PointLight", "Polygon", "Precision", "Row", "Scene",
-    "ShadowModel", "Shot", "Sphere", "TEXTS", "TEXTURES", "Tables", "TotalReflection", "VIEW", "WITHOUT_NAME",
-    "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter", "float_dtype",
-    "including_coefficient", "is_traced", "marks_of", "material_names", "near", "nearest_name", "numbered_objects",
-    "parameter_value", "parameters", "replace_coefficient", "replace_parameter", "shortest", "tabulate",
-    "texture_names", "textured_rows", "whole_number",
+    "ShadowModel", "Sheet", "Shot", "Sphere", "TEXTS", "TEXTURES", "Tables", "TotalReflection", "VIEW",
+    "WITHOUT_NAME", "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter",
+    "float_dtype", "including_coefficient", "is_traced", "marks_of", "material_names", "near", "nearest_name",
+    "numbered_objects", "parameter_value", "parameters", "replace_coefficient", "replace_parameter", "shared_sheets",
+    "shortest", "tabulate", "texture_names", "textured_rows", "whole_number",
 ]  # fmt: skip

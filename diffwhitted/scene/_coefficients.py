@@ -24,7 +24,9 @@ COEFFICIENTS: tuple[Row, ...] = (
     Row("phong_exponent", "number", "exponent of the highlight", symbol="n", default=50.0, lowest=0.0, highest=inf,
         fit_bounds=(1.0, 1000.0), scale="log", source="Whitted (1)"),
     Row("refractive_index", "number", "index of the inside against vacuum", symbol="η", default=1.0, lowest=1.0,
-        highest=1000.0, fit_bounds=(1.001, 4.0), scale="log-excess", moves="rays", source="Hearn and Baker (14-50)"),
+        highest=1000.0, fit_bounds=(1.001, 4.0), scale="log-excess", moves="rays", source="Hearn and Baker (14-50)",
+        below="For a bubble put a sphere of index 1 inside the glass; to look at air from under water put the camera "
+        "inside the water"),
 )  # fmt: skip
 """The coefficients that the package has."""
 

@@ -67,5 +67,5 @@ def checked(name: str, value, place: str) -> Any:
     """The value of a coefficient as an array, or `SceneError` naming the place and the interval."""
     row = BY_NAME[name]
     array = number_array(value, place, name, ((), (3,)) if row.coloured else ((),))
-    require(row.holds, place, name, array, row.allowed())
+    require(row.holds, place, name, array, row.allowed(), row.advice(array))
     return array

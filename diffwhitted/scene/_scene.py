@@ -14,6 +14,7 @@ from .._errors import FarFromOrigin, SceneError
 from ..records import changed, nearest_name, number_array, require
 from ..shapes import OBJECTS, AbstractObject
 from ._material import Material
+from ._notes import give_notes
 from ._shot import Shot
 from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground
 from .cameras import CAMERAS, AbstractCamera
@@ -96,6 +97,7 @@ class Scene(eqx.Module):
         self.total_internal_reflection = total_internal_reflection
         self._check_settings()
         self._check_references()
+        give_notes(self.objects, self.materials, self.lights, self.cameras, self.background)
 
     @property
     def dtype(self):

@@ -5,7 +5,7 @@ is an array, so that pictures of other numbers, names or materials share a compi
 by kind in the order of the registry, materials and textures by name.
 """
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from functools import reduce
 from operator import gt, ne, or_
 
@@ -15,13 +15,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from ..geometry import Shapes
+from ..geometry import Shapes, Sheets
 from ..numerics._vector import Vec3, vec3
 from ..records import grouped, is_traced, stacked
 from ..shapes import OBJECTS, AbstractObject
 from ._coefficients import coefficients
 from ._material import HIGHLIGHTS, textured_rows
 from ._scene import Scene
+from ._sheets import Sheet, sheets_of
 from .backgrounds import AbstractBackground
 from .lights import AbstractLight
 from .textures import AbstractTexture
@@ -36,6 +37,8 @@ class Marks(eqx.Module):
     """The materials that may let light through, -1 in the room to spare."""
     solids: tuple[Int[Array, "_"], ...]
     """For each family of shapes, the objects that may be transparent solids, -1 in the room to spare."""
+    sheets: Sheets | None = None
+    """The surfaces that lie in one place, where that is looked at."""
 
 
 class Tables(eqx.Module):
@@ -112,7 +115,7 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
     )
     place_in_glass = place_in_glass.at[-1].set(-1)
     return Tables(
-        shapes=Shapes(tuple(_families(objects))),
+        shapes=Shapes(tuple(_families(objects)), sheets=marks.sheets),
         coefficients=table,
         material_of=jnp.asarray(material_of),
         highlight=jnp.asarray([HIGHLIGHTS.index(m.highlight) for m in materials], jnp.int32),
@@ -131,11 +134,13 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
     )
 
 
-def marks_of(scene: Scene, free: Collection[str] = (), where_traced: bool = True) -> Marks:
+def marks_of(
+    scene: Scene, free: Collection[str] = (), where_traced: bool = True, shared: Sequence[Sheet] = ()
+) -> Marks:
     """The marks of a scene whose values are known, or as far as they are: what is traced may be anything.
 
     `free`: names of coefficients ("glass.k_s") whose derivative is wanted although they may be zero; `where_traced`:
-    that of all traced ones is.
+    that of all traced ones is; `shared`: the surfaces in one place (see `shared_sheets`).
     """
     names, objects = material_names(scene), numbered_objects(scene)
 
@@ -159,7 +164,12 @@ def marks_of(scene: Scene, free: Collection[str] = (), where_traced: bool = True
             found = [first + k for k, o in enumerate(mine) if kind.FAMILY.SOLID and o.material in clear_names]
             solids.append(_with_room(found))
             first += len(mine)
-    return Marks({"k_s": wanted("k_s"), "k_t": wanted("k_t")}, _with_room(np.flatnonzero(clear)), tuple(solids))
+    return Marks(
+        {"k_s": wanted("k_s"), "k_t": wanted("k_t")},
+        _with_room(np.flatnonzero(clear)),
+        tuple(solids),
+        sheets_of(objects, shared, {thing.name for thing in objects if thing.material in clear_names}),
+    )
 
 
 def _families(objects):

@@ -78,6 +78,17 @@ class AbstractObject(eqx.Module):
         """Unit normal (3,) and offset of the half space that it fills, where it is one."""
         return None
 
+    def away_from(self, place: np.ndarray) -> float:
+        """How far its surface is from a point (3,), at least; by default by its bounding sphere, infinite without."""
+        middle, radius = self.ball()
+        return max(0.0, float(np.linalg.norm(middle - place)) - radius) if np.isfinite(radius) else np.inf
+
+    def flat(self) -> tuple[np.ndarray, float, np.ndarray | None] | None:
+        """Unit outward normal (3,) and offset of the plane in which it lies, and its corners (v, 3), None where it has
+        no end; None of what is not flat, or does not say.
+        """
+        return None
+
     def holds(self, place) -> bool:
         """Is the point (3,) inside the volume that it bounds?"""
         x, y, z = (jnp.asarray([c], float) for c in np.asarray(place, np.float64))

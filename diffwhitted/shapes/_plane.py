@@ -116,3 +116,10 @@ class Plane(AbstractObject):
         normal = np.asarray(self.normal, np.float64)
         size = float(np.linalg.norm(normal))
         return normal / size, float(self.offset) / size
+
+    def away_from(self, place: np.ndarray) -> float:
+        normal, offset = self.half_space()
+        return abs(float(normal @ place) - offset)
+
+    def flat(self) -> tuple[np.ndarray, float, None]:
+        return (*self.half_space(), None)

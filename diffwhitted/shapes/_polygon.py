@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._errors import SceneError
-from ..geometry import AbstractSurfaces, Footprint, Ray, steps_on_surface
-from ..numerics._coverage import Linear
+from ..geometry import LEAST_COVERAGE, AbstractSurfaces, Footprint, Ray, steps_on_surface
+from ..numerics._coverage import Linear, is_cut
 from ..numerics._safe import length, normalise, power_of_two, safe_divide
 from ..numerics._vector import Vec3, cross, dot, vec3, where
 from ..records import Row, entries, is_traced, number_array, stacked
@@ -112,6 +112,12 @@ class Polygons(AbstractSurfaces):
         """Does a ray that only just meets the shape come from its outer side?"""
         return self.carrier().side(ray)
 
+    def covers(self, point: Vec3):
+        return self._holds_in_plane(self.carrier(), point)
+
+    def bordered(self, ray: Ray, footprint: Footprint):
+        return is_cut(self.silhouette(ray, footprint)[0], LEAST_COVERAGE)
+
     def bounding(self):
         """Middle and radius of a sphere around the shape."""
         middle = Vec3(*(c.mean(axis=-1) for c in (self.vertices.x, self.vertices.y, self.vertices.z)))
@@ -185,6 +191,23 @@ class Polygon(AbstractObject):
     def family(cls, vertices) -> Polygons:
         return Polygons(vec3(vertices))
 
+    def away_from(self, place: np.ndarray) -> float:
+        """From its plane where the foot of the perpendicular is within its sides, else from the nearest side."""
+        normal, offset, corners = self.flat()
+        along = np.roll(corners, -1, axis=0) - corners
+        rise = float(normal @ place) - offset
+        foot = place - rise * normal - corners
+        share = np.clip((foot * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-300), 0, 1)
+        from_sides = np.linalg.norm(foot - share[:, None] * along, axis=1).min()
+        within = abs(np.sum(_turns(-foot, np.roll(-foot, -1, axis=0), normal))) > np.pi
+        return abs(rise) if within else float(np.hypot(rise, from_sides))
+
+    def flat(self) -> tuple[np.ndarray, float, np.ndarray]:
+        vertices = np.asarray(self.vertices, np.float64)
+        normal = _area(vertices)
+        normal = normal / np.linalg.norm(normal)
+        return normal, float(normal @ vertices.mean(axis=0)), vertices
+
     def written_type(self) -> str:
         return "triangle" if len(self.vertices) == 3 else self.TYPE
 
@@ -194,10 +217,21 @@ def _padded(vertices, most: int):
     return pad(vertices, ((0, most - len(vertices)), (0, 0)), mode="edge")
 
 
+def _turns(one: np.ndarray, other: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Angles between vectors (n, 3) of a plane, signed about its normal."""
+    return np.arctan2(np.cross(one, other) @ normal, (one * other).sum(axis=1))
+
+
+def _area(vertices: np.ndarray) -> np.ndarray:
+    """Twice the area, as a vector along the outward normal (Newell)."""
+    spokes = vertices - vertices[0]
+    return np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
+
+
 def _check_flat(vertices, place):
     spokes = vertices - vertices[0]
     size = np.abs(spokes).max()
-    area = np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
+    area = _area(vertices)
     if np.linalg.norm(area) <= 1e-9 * size * size or size == 0:
         raise SceneError(
             f"{place}: vertices span no area (all on one line, or the same point); move one of them off the line"

@@ -88,6 +88,10 @@ class Spheres(AbstractSurfaces):
         """Middle and radius of a sphere around the shape."""
         return self.centre, self.radius
 
+    def crossing_at(self, entering):
+        """A ray enters at the nearer of the two."""
+        return jnp.where(entering, 0, 1).astype(jnp.int8)
+
     def contains(self, point: Vec3):
         offset = point - self.centre
         return dot(offset, offset) < self.radius * self.radius
@@ -108,8 +112,9 @@ class Sphere(AbstractObject):
     TYPE: ClassVar[str] = "sphere"
     ROWS: ClassVar[tuple[Row, ...]] = (
         Row("centre", "vector", "Centre, metres.", unit="m", scale="unbounded", moves="rays"),
-        Row("radius", "number", "Radius, metres.", unit="m", lowest=0, excluded=True, scale="log", moves="rays"),
-    )
+        Row("radius", "number", "Radius, metres.", unit="m", lowest=0, excluded=True, scale="log", moves="rays",
+            below="For a bubble or a hollow ball put a sphere of refractive_index 1 inside the glass"),
+    )  # fmt: skip
     FAMILY: ClassVar[type[AbstractSurfaces]] = Spheres
     CONVEX: ClassVar[bool] = True
     ROUND: ClassVar[bool] = True
@@ -129,6 +134,10 @@ class Sphere(AbstractObject):
 
     def size(self) -> Float[Array, ""]:
         return self.radius
+
+    def away_from(self, place: np.ndarray) -> float:
+        middle, radius = self.ball()
+        return abs(float(np.linalg.norm(middle - place)) - radius)
 
     def ball(self) -> tuple[np.ndarray, float]:
         return np.asarray(self.centre, np.float64), float(self.radius)

@@ -7,19 +7,20 @@ holds. See `numerics/_stage`.
 """
 
 from ._arrival import BRANCH_NAMES
+from ._asked import calls_for
 from ._effects import (
     EFFECT_NAMES,
     Decision,
     Effect,
     Effects,
-    calls_for,
     decide_effects,
     effect_rows,
     including_effect,
 )  # fmt: skip
 from ._film import film_of
 from ._idle import idle
-from ._plan import Plan, likely_room, make_plan, points_only, tables_of, trees_or_points, unmeasured_plan
+from ._plan import Plan, likely_room, make_plan, tables_of, unmeasured_plan
+from ._points import points_only, trees_or_points
 from ._record import Nodes, Record, record
 from ._replay import replay, trace, trace_beside_small, trace_left_out
 from ._samples import Samples, grid, pixel_of, sample_places

@@ -64,11 +64,13 @@ class Arrival(eqx.Module):
     entering: Bool[Array, "n"]
     outside: Int[Array, "n"] | None
     """The solid around the object, -1 for none; None where the plan knows no nested media."""
+    inside: Int[Array, "n"] | None
+    """The object whose index counts on the inner side; None: the object itself."""
     beam: Beam | None
     """None where rays have no footprint."""
 
 
-def arrival(hit: Hit, direction: Vec3, outside, beam: Beam | None) -> Arrival:
+def arrival(hit: Hit, direction: Vec3, outside, inside, beam: Beam | None) -> Arrival:
     return Arrival(
         hit.point,
         hit.normal,
@@ -79,5 +81,6 @@ def arrival(hit: Hit, direction: Vec3, outside, beam: Beam | None) -> Arrival:
         hit.object,
         hit.entering,
         outside,
+        inside,
         beam,
     )

@@ -191,7 +191,9 @@ def _at_rim(at: Arrival, branch, eta) -> tuple[Ray, Footprint, Float[Array, "n"]
     moved, footprint = part_of(Ray(at.point, at.direction), at.beam.footprint, edge, kept, shift)
     normal = normalise(at.normal + (moved.origin - at.point) * at.beam.curvature)
     beam = Beam(footprint, at.beam.curvature, edge, None)
-    part = replace(at, point=moved.origin, normal=normal, direction=moved.direction, outside=None, beam=beam)
+    part = replace(
+        at, point=moved.origin, normal=normal, direction=moved.direction, outside=None, inside=None, beam=beam
+    )
     ray, footprint = _turned(part, turn_at(_cosine(part), eta, mean, through), branch)
     return Ray(ray.origin, normalise(ray.direction)), footprint, edge.coverage
 

@@ -6,10 +6,9 @@ anything. A new effect is a row: what calls for it, what it cannot do without, a
 point or to the weights of its branches.
 """
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from jaxtyping import Array, Int
@@ -18,41 +17,7 @@ from ..illumination import SurfacePoint
 from ..numerics._vector import Vec3
 from ..records import changed
 from ..scene import Scene, is_traced
-from ..shapes import AbstractObject
-
-
-@dataclass(frozen=True)
-class Asked:
-    """A scene, and what is asked of its picture."""
-
-    scene: Scene
-    free: frozenset[str]
-    """Coefficients that a fit leaves free, by name."""
-    depth: int
-    trees: int
-    """The footprint."""
-
-    def first_with(self, coefficient: str) -> str | None:
-        """The first object for which a coefficient is at work, with the reason, or None."""
-        for thing in self.scene.objects:
-            if reason := self.reasons.get((thing.material, coefficient)):
-                return f"object {thing.name!r}: {reason}"
-        return None
-
-    def users(self, coefficient: str) -> list[AbstractObject]:
-        """The objects for which a coefficient is at work."""
-        return [thing for thing in self.scene.objects if self.reasons.get((thing.material, coefficient))]
-
-    @cached_property
-    def reasons(self) -> Mapping[tuple[str, str], str]:
-        """Why a coefficient of a material is at work, where it is."""
-        found = (
-            ((name, coefficient), calls_for(self.scene, name, coefficient, self.free))
-            for name, material in self.scene.materials.items()
-            for coefficient in material.values
-        )
-        return {at: reason for at, reason in found if reason}
-
+from ._asked import Asked
 
 Reason = Callable[[Asked], str | None]
 
@@ -80,25 +45,6 @@ class Effect:
     """What it makes of the weight of a branch."""
     brightest: Callable[[Scene, str], np.ndarray] | None = None
     """The most light that it adds at a point of a material (by name), (3,); None: no finite amount is known."""
-
-
-def calls_for(scene: Scene, material: str, coefficient: str, free: Collection[str] = ()) -> str | None:
-    """Why a coefficient of a material is at work ("glass.k_t = 0.7", "... is free"), or None if it is zero."""
-    record, name = scene.materials[material], f"{material}.{coefficient}"
-    if coefficient == "k_h":
-        if record.highlight == "off":
-            return None
-        if record.k_h is None and f"{material}.k_s" in free:
-            return f"{material}.k_s is free and gives k_h"
-    value = record.at_work(coefficient)
-    if name in free:
-        return f"{name} is free in the fit"
-    if is_traced(value):
-        return f"{name} is traced and may be anything"
-    value = np.asarray(value)
-    if not np.any(value > 0):
-        return None
-    return f"{name} = {np.array2string(value, precision=4, separator=', ', legacy=False)}"
 
 
 def _with(coefficient: str) -> Reason:
@@ -153,6 +99,11 @@ def _second_glass(asked: Asked) -> str | None:
     return f"objects {glass[0].name!r} and {glass[1].name!r} are both transparent"
 
 
+def _touching(asked: Asked) -> str | None:
+    sheets = asked.sheets
+    return f"objects {sheets[0][0][0]!r} and {sheets[0][1][0]!r} share a surface" if sheets else None
+
+
 def _textured(asked: Asked) -> str | None:
     for thing in asked.scene.objects:
         for coefficient, texture in asked.scene.materials[thing.material].textures:
@@ -193,6 +144,7 @@ EFFECTS: tuple[Effect, ...] = (
     Effect("refraction", _with("k_t"), "no object has k_t > 0", forbidden=_flat),
     Effect("total_internal_reflection", _denser, "every transparent object has index 1", BENT),
     Effect("nested_media", _second_glass, "fewer than two transparent solids", BENT),
+    Effect("shared_surfaces", _touching, "no transparent object shares a surface with another", BENT),
     Effect("textures", _textured, "no coefficient in use has a texture"),
     Effect("attenuation", _faded, "no point light has an attenuation", LIT,
            without=lambda s: changed(s, lights=tuple(light.without_fading() for light in s.lights))),

@@ -5,7 +5,7 @@ from collections.abc import Collection
 import numpy as np
 
 from ..scene import Parameter, Scene, is_traced
-from ._effects import calls_for
+from ._asked import calls_for
 
 
 def idle(

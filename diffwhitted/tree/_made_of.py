@@ -60,12 +60,15 @@ def material_at(tables: Tables, object: Int[Array, "n"]) -> Int[Array, "n"]:
 def indices(tables: Tables, at: Arrival) -> tuple[Float[Array, "n"], Float[Array, "n"]]:
     """The refractive index on the ray's side of the surface, and the one on the far side."""
     index = tables.coefficients["refractive_index"]
-    inside = lookup(index, material_at(tables, at.object))
-    outside = jnp.ones_like(inside)
-    if at.outside is not None:
-        around = lookup(index, material_at(tables, jnp.maximum(at.outside, 0)))
-        outside = jnp.where(at.outside >= 0, around, outside)
+    inside = lookup(index, material_at(tables, at.object)) if at.inside is None else index_of(tables, at.inside)
+    outside = jnp.ones_like(inside) if at.outside is None else index_of(tables, at.outside)
     return jnp.where(at.entering, outside, inside), jnp.where(at.entering, inside, outside)
+
+
+def index_of(tables: Tables, object: Int[Array, "n"]) -> Float[Array, "n"]:
+    """The refractive index of each object; 1 for -1."""
+    index = lookup(tables.coefficients["refractive_index"], material_at(tables, jnp.maximum(object, 0)))
+    return jnp.where(object >= 0, index, 1)
 
 
 def slant(at: Arrival) -> tuple[Float[Array, "n"], ...]:

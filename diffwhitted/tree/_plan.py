@@ -1,29 +1,29 @@
 """What a scene calls for, decided once, outside `jit`: effects, depth, and room for the rays."""
 
-import warnings
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from math import ceil
 
 import numpy as np
 
-from .._errors import CapacityError, SceneNote
+from .._errors import CapacityError
 from ..numerics._stage import LANES
 from ..numerics._workers import processors
 from ..scene import (
     HIGHLIGHTS,
     AbstractCamera,
     Scene,
+    Sheet,
     Tables,
-    check_footprint,
     is_traced,
     marks_of,
     material_names,
     tabulate,
-    texture_names,
     textured_rows,
 )  # fmt: skip
-from ._effects import Effects, as_effects, calls_for, decide_effects, effect_rows
+from ._asked import Asked, calls_for
+from ._effects import Effects, as_effects, decide_effects, effect_rows
+from ._points import trees_or_points
 
 BLOCK = 2**13
 FOOTPRINT_BLOCK = 2**12
@@ -41,8 +41,6 @@ LARGEST_TREE = 2**18
 """Of one camera ray under `jit` without a plan; beyond it the picture is NaN."""
 MOST_PASSED = 2
 """So many silhouettes a ray may run past before those that follow count whole or not at all."""
-POINTS = 4
-"""So many points along the side of a pixel stand in place of a filtered tree."""
 WORST_CASE_LIMIT = 2**24
 LARGEST_ROOM = 2**25
 """Rays other than camera rays in a pass, about 3 GiB; beyond it a picture ends with an error, not with the memory."""
@@ -80,6 +78,10 @@ class Plan:
     """k_s and k_t, by the names of their materials, that were not zero or free when it was made: their branches are
     followed whatever they are now. Not read by programs: see `program`.
     """
+    shared: tuple[Sheet, ...]
+    """The surfaces in which transparent objects touched others when it was made, by the names of the objects. Not read
+    by programs either.
+    """
     picture: tuple[int, int]
     """Width and height in pixels."""
     passes: int
@@ -91,7 +93,7 @@ class Plan:
     @property
     def program(self) -> "Plan":
         """What selects a compiled program: the plan without names."""
-        return replace(self, at_work=())
+        return replace(self, at_work=(), shared=())
 
     @property
     def side(self) -> int:
@@ -130,6 +132,8 @@ class Plan:
         idle = [name for name in needed.at_work if name not in self.at_work]
         if needed.zero_weights and not self.zero_weights and idle:
             return f"{idle[0]} was zero when it was made, and may not be now"
+        if touching := [sheet for sheet in needed.shared if sheet not in self.shared]:
+            return f"objects {touching[0][0][0]!r} and {touching[0][1][0]!r} did not share a surface when it was made"
         textured = not needed.textured or self.textured == needed.textured
         if not (textured and set(needed.highlight_models) <= set(self.highlight_models)):
             return "it was made for a scene with other highlights or textures"
@@ -192,6 +196,7 @@ def make_plan(
             for coefficient in ("k_s", "k_t")
             if calls_for(scene, name, coefficient, free)
         ),
+        shared=Asked(scene, frozenset(free), depth, trees).sheets if "shared_surfaces" in effects else (),
         picture=(camera.width, camera.height),
         passes=passes,
         pass_pixels=pass_pixels,
@@ -202,36 +207,10 @@ def make_plan(
     return plan.with_capacity(worst if capacity is None else min(capacity, worst))
 
 
-def points_only(scene: Scene) -> str | None:
-    """What in the scene states no silhouette or no mean over a footprint, so that points alone are traced; or None."""
-    for thing in scene.objects:
-        if not thing.FAMILY.FOOTPRINT:
-            return f"object {thing.name!r} ({thing.TYPE})"
-    worn = {texture for material in scene.materials.values() for _, texture in material.textures}
-    plain = (name for name in texture_names(scene) if name in worn and not scene.textures[name].FOOTPRINT)
-    return next((f"texture {name!r} ({scene.textures[name].TYPE})" for name in plain), None)
-
-
-def trees_or_points(scene: Scene, footprint: int) -> tuple[int, int]:
-    """Filtered trees along the side of a pixel, or points where something in the scene knows no footprint, with a
-    note.
-    """
-    check_footprint(footprint, "")
-    if not footprint or (what := points_only(scene)) is None:
-        return footprint, 1
-    points = POINTS * footprint
-    warnings.warn(
-        f"{what} knows points only, so {points} x {points} points a pixel are traced in place of footprint = "
-        f"{footprint}",
-        SceneNote,
-        stacklevel=2,
-    )
-    return 0, points
-
-
 def tables_of(scene: Scene, plan: Plan) -> Tables:
     """The scene as tables, with the marks that the plan asks for; outside a program, as names are read here."""
-    return tabulate(scene, marks_of(scene, plan.at_work, where_traced=plan.zero_weights))
+    shared = plan.shared if plan.effects.shared_surfaces else ()
+    return tabulate(scene, marks_of(scene, plan.at_work, where_traced=plan.zero_weights, shared=shared))
 
 
 def unmeasured_plan(scene: Scene, camera: AbstractCamera, *, max_depth: int | None, footprint: int | None) -> Plan:

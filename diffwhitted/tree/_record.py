@@ -18,19 +18,20 @@ from ..geometry import (
     Departure,
     Footprint,
     Ray,
-    containing,
+    in_order,
     near_silhouettes,
     nearest,
     nearest_part,
     surface_at,
 )  # fmt: skip
 from ..numerics._stage import empty_buffers, packed, running_count, stage, write_block
-from ..numerics._vector import Vec3, brightest, lookup, where
+from ..numerics._vector import Vec3, brightest, where
 from ..scene import AbstractCamera, Tables
 from ._arrival import BRANCHES, PAST, TRANSMITTED, Arrival, Origin, arrival
 from ._beam import arriving
 from ._branch import branches
 from ._departure import any_ray, departing, parents_of, sides_of
+from ._media import media
 from ._plan import Plan
 from ._samples import Samples, Window
 from ._shadows import Seen, shadows_at
@@ -47,6 +48,8 @@ class Nodes(eqx.Module):
     entering: Bool[Array, "n"]
     outside: Int[Array, "n"] | None
     """The solid around the object, where media are nested."""
+    inside: Int[Array, "n"] | None
+    """The object whose index counts on the inner side, where surfaces lie in one place."""
     seen: tuple[Seen, ...]
     """For each group of lights, what they see of the point. Empty where nothing casts shadows."""
     cut: Bool[Array, "n"] | None
@@ -201,19 +204,12 @@ def _follow(
         direction, beam = ray.direction, None
     else:
         hit, direction, beam = arriving(shapes, ray, footprint, primitive, crossing, entering, cut, departure, needed)
-    # Find the solid that surrounds the object, for the index on its outer side.
-    outside = None
-    if plan.effects.nested_media:
-        clear = lookup(tables.clear, tables.material_of)
-
-        def counted(number):
-            return clear[number] | dark
-
-        outside = containing(shapes, hit.point, tables.marks.solids, tables.rank, hit.object, counted)
-    at = arrival(hit, direction, outside, beam)
+    # Find what lies on either side, for the indices.
+    outside, inside = media(tables, plan, hit, dark)
+    at = arrival(hit, direction, outside, inside, beam)
     # Find what each light sees of the point, and which rays it sends on.
     seen = shadows_at(tables, plan, at, needed)
-    nodes = Nodes(primitive, crossing, hit.entering, outside, seen, cut, origin)
+    nodes = Nodes(primitive, crossing, hit.entering, outside, inside, seen, cut, origin)
     if not plan.branching:
         return nodes, at, None
     return nodes, at, stage(needed, lambda *a: branches(tables, plan, *a), at)
@@ -225,7 +221,7 @@ def _meets(tables: Tables, ray: Ray, footprint: Footprint | None, departure: Dep
     """
     _, primitive, crossing = stage(needed, lambda *a: nearest(tables.shapes, *a), ray, departure)
     if footprint is None:
-        return primitive, crossing, None, None
+        return _in_order(tables, needed, ray, None, departure, primitive, crossing, None, None)
 
     def near(ray, footprint, departure):
         return near_silhouettes(tables.shapes, ray, *footprint.reach()) | (departure.passed[0] >= 0)
@@ -236,7 +232,15 @@ def _meets(tables: Tables, ray: Ray, footprint: Footprint | None, departure: Dep
     doubtful = stage(needed, near, ray, footprint, departure)
     entering = stage(needed, side, ray, primitive, crossing)
     whole = primitive, crossing, entering, jnp.zeros_like(entering)
-    return packed(doubtful, lambda *a: nearest_part(tables.shapes, *a), whole, ray, footprint, departure)
+    met = packed(doubtful, lambda *a: nearest_part(tables.shapes, *a), whole, ray, footprint, departure)
+    return _in_order(tables, needed, ray, footprint, departure, *met)
+
+
+def _in_order(tables: Tables, needed, ray: Ray, footprint: Footprint | None, departure: Departure, *met):
+    """The same where surfaces lie in one place: the layer that comes first."""
+    if tables.shapes.sheets is None:
+        return met
+    return stage(needed, lambda *a: in_order(tables.shapes, *a), ray, footprint, departure, *met)
 
 
 def _append(lineage, count, parent, sends, alive):

@@ -100,6 +100,6 @@ def _arrived(tables: Tables, plan: Plan, nodes: Nodes, ray: Ray, footprint: Foot
     surface = nodes.primitive, nodes.crossing, nodes.entering
     if footprint is None:
         hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, *surface)
-        return arrival(hit, ray.direction, nodes.outside, None)
+        return arrival(hit, ray.direction, nodes.outside, nodes.inside, None)
     hit, direction, beam = arriving(tables.shapes, ray, footprint, *surface, nodes.cut, None, needed)
-    return arrival(hit, direction, nodes.outside, beam)
+    return arrival(hit, direction, nodes.outside, nodes.inside, beam)

@@ -11,7 +11,15 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Int
 
-from ..geometry import NOTHING, Departure, Ray, hidden_parts, near_silhouettes
+from ..geometry import (
+    NOTHING,
+    Departure,
+    Ray,
+    hidden_by_layers,
+    hidden_parts,
+    layers_crossed,
+    near_silhouettes,
+)  # fmt: skip
 from ..illumination import before, glass_crossed, light_footprint, sees_light
 from ..numerics._stage import packed, stage
 from ..numerics._vector import lookup
@@ -67,10 +75,15 @@ def _seen(tables: Tables, plan: Plan, at: Arrival, light: AbstractLight, blocks,
     if at.beam is not None:
         sees, parts = _in_part(tables, light, ray, at, departure, distance, blocks, sees, needed)
     # Count the surfaces of glass on the way.
-    crossed = ()
+    crossed, count = (), tables.marks.glass.shape[0]
     if plan.effects.tinted_shadows:
-        count = tables.marks.glass.shape[0]
         crossed = glass_crossed(tables.shapes, ray, departure, distance, tables.glass_of, count, parts)
+    # Add what lies on the point itself.
+    if tables.shapes.sheets is not None:
+        sees = sees & ~hidden_by_layers(tables.shapes, at.point, departure, blocks)
+        if plan.effects.tinted_shadows:
+            upon = layers_crossed(tables.shapes, at.point, departure, tables.glass_of, count)
+            crossed = tuple(one + more.astype(one.dtype) for one, more in zip(crossed, upon, strict=True))
     return Seen(sees, crossed, parts)
 
 

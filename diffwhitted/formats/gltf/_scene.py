@@ -5,18 +5,18 @@ from typing import Any
 
 import numpy as np
 
-from ...scene import DirectionalLight, PointLight, Scene, Sphere
+from ...scene import Camera, DirectionalLight, OrthographicCamera, PointLight, Scene, Sphere
 from .._format import Written
-from .._losses import Losses
-from .._meshes import MESHES, ball, frame
-from .._numbers import axes_of, extent, fading, plain, rgb
+from .._losses import Losses, Thing
+from .._meshes import MESHES, WIDE, ball, frame
+from .._numbers import extent, fading, plain, rgb
+from .._views import aside, axes_of, box, frustum, views_of
 from ._buffer import Buffer
 from ._materials import material_of
 from ._textures import Textures
 
 NEAR = 1e-3
 """The near plane of cameras, in sizes of the scene."""
-CAMERA = ("look_from", "look_at", "up", "vfov_deg", "width", "height")
 SAID = ("ambient", "max_depth", "cutoff", "shadows", "total_internal_reflection")
 
 
@@ -94,16 +94,41 @@ def _primitive(buffer: Buffer, points, normals, triangles) -> tuple[dict[str, in
 
 def _cameras(scene: Scene, nodes: list, lost: Losses) -> list[dict[str, Any]]:
     cameras = []
-    for name, view in scene.cameras.items():
-        lost.unknown(view, CAMERA, ("camera", name))
-        nodes.append({"name": name, "camera": len(cameras), "matrix": _matrix(axes_of(view), plain(view.look_from))})
-        perspective = {
-            "yfov": float(np.radians(float(plain(view.vfov_deg)))),
-            "aspectRatio": view.width / view.height,
-            "znear": NEAR * extent(scene)[1],
-        }
-        cameras.append({"name": name, "type": "perspective", "perspective": perspective})
+    for name, view in views_of(scene, (Camera, OrthographicCamera), lost).items():
+        position = plain(view.look_from)
+        if isinstance(view, OrthographicCamera):
+            position = position + aside(view)
+            lens = _orthographic(view, scene)
+        elif isinstance(view, Camera):
+            lens = _perspective(view, scene, ("camera", name), lost)
+        nodes.append({"name": name, "camera": len(cameras), "matrix": _matrix(axes_of(view), position)})
+        cameras.append({"name": name, **lens})
     return cameras
+
+
+def _perspective(view: Camera, scene: Scene, what: Thing, lost: Losses) -> dict[str, Any]:
+    """The window where straight ahead is its middle; else the full picture as if that were so."""
+    window = frustum(view)
+    if not window.is_centred:
+        window = frustum(view, whole=True)
+        if view.crop is not None:
+            lost.say("crop of {} is lost: the full picture is seen", what)
+        if not window.is_centred:
+            lost.say("principal_point of {} is lost: look_at is in the middle of the picture", what)
+    across, down = window.size
+    perspective = {
+        "yfov": 2 * float(np.arctan(down / 2)),
+        "aspectRatio": float(across / down),
+        "znear": NEAR * extent(scene)[1],
+    }
+    return {"type": "perspective", "perspective": perspective}
+
+
+def _orthographic(view: OrthographicCamera, scene: Scene) -> dict[str, Any]:
+    across, down = box(view).size.tolist()
+    middle, size = extent(scene)
+    far = float(np.linalg.norm(middle - plain(view.look_from))) + 2 * WIDE * size
+    return {"type": "orthographic", "orthographic": {"xmag": across / 2, "ymag": down / 2, "znear": 0.0, "zfar": far}}
 
 
 def _lights(scene: Scene, nodes: list, lost: Losses) -> list[dict[str, Any]]:

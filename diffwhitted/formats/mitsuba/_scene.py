@@ -7,28 +7,16 @@ from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
 import numpy as np
 
 from ..._errors import printable
-from ...scene import (
-    Camera,
-    Checker,
-    ConstantBackground,
-    DirectionalLight,
-    GradientBackground,
-    Plane,
-    PointLight,
-    Scene,
-    Sphere,
-)
+from ...scene import Checker, ConstantBackground, DirectionalLight, GradientBackground, Plane, PointLight, Scene, Sphere
 from .._format import Written
 from .._losses import Losses, named
 from .._meshes import MESHES, checker_coordinates, polygon_file
-from .._numbers import extent, fading, listed, main_camera, plain, rgb
+from .._numbers import extent, fading, plain, rgb
 from .._words import words_of
+from ._cameras import add_cameras
 from ._materials import add_material
 from ._words import colour, number, placed, point, whole, word
 
-SAMPLES = 64
-"""Paths a pixel."""
-CAMERA = ("look_from", "look_at", "up", "vfov_deg", "width", "height")
 SAID = ("ambient", "max_depth", "cutoff", "shadows", "total_internal_reflection")
 
 
@@ -40,9 +28,7 @@ def mitsuba_scene(scene: Scene, source: str) -> Written:
     root = Element("scene", version="3.0.0")
     integrator = SubElement(root, "integrator", type="path")
     whole(integrator, "max_depth", scene.max_depth + 1)
-    first = main_camera(scene)
-    for name in sorted(scene.cameras, key=lambda name: name != first):
-        _add_camera(root, name, scene.cameras[name], lost)
+    add_cameras(root, scene, lost)
     _add_background(root, scene, lost)
     for light in scene.lights:
         _add_light(root, scene, light, lost)
@@ -53,22 +39,6 @@ def mitsuba_scene(scene: Scene, source: str) -> Written:
         root.insert(place, Comment(f" Not in this file: {sentence.replace('--', '- -')} "))
     indent(root)
     return Written(tostring(root, encoding="utf-8", xml_declaration=True) + b"\n", tuple(lost), beside)
-
-
-def _add_camera(root: Element, name: str, view: Camera, lost: Losses) -> None:
-    lost.unknown(view, CAMERA, ("camera", name))
-    sensor = SubElement(root, "sensor", type="perspective")
-    number(sensor, "fov", float(plain(view.vfov_deg)))
-    word(sensor, "fov_axis", "y")
-    places = {"origin": view.look_from, "target": view.look_at, "up": view.up}
-    transform = SubElement(sensor, "transform", name="to_world")
-    SubElement(transform, "lookat", {key: listed(plain(place), ", ") for key, place in places.items()})
-    film = SubElement(sensor, "film", type="hdrfilm")
-    whole(film, "width", view.width)
-    whole(film, "height", view.height)
-    word(film, "pixel_format", "rgb")
-    SubElement(film, "rfilter", type="box")
-    whole(SubElement(sensor, "sampler", type="independent"), "sample_count", SAMPLES)
 
 
 def _add_background(root: Element, scene: Scene, lost: Losses) -> None:

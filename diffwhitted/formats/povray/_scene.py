@@ -3,10 +3,11 @@
 from ...scene import Scene
 from .._format import Written
 from .._losses import Losses, named
-from .._numbers import index, main_camera, reflectances, rgb, text
+from .._numbers import index, reflectances, rgb, text
+from .._views import views_of
 from .._words import words_of
 from ._materials import texture_of
-from ._things import BACKGROUNDS, LIGHTS, SHAPES, camera
+from ._things import BACKGROUNDS, CAMERAS, LIGHTS, SHAPES
 from ._words import colour
 
 SAID = ("max_depth", "cutoff", "ambient", "shadows", "total_internal_reflection")
@@ -43,29 +44,22 @@ def _settings(scene: Scene) -> list[str]:
 
 def _cameras(scene: Scene, lost: Losses) -> list[str]:
     """The main camera, and the others to be chosen by their number."""
-    first = main_camera(scene)
-    if first is None:
+    views = views_of(scene, CAMERAS, lost)
+    if not scene.cameras:
         lost.say("the scene has no camera, and so has the file")
-        return []
-    names = [first, *(name for name in scene.cameras if name != first)]
-    for name in names:
-        lost.unknown(scene.cameras[name], CAMERA, ("camera", name))
-    view = scene.cameras[first]
-    found = [f"// povray +I FILE +W{view.width} +H{view.height} -A +FE"]
-    if len(names) == 1:
-        return [*found, f"{camera(view)} // {named(first)}"]
+    written = [f"{CAMERAS[type(view)](view)} // {named(name)}" for name, view in views.items()]
+    sizes = [f"+W{view.width} +H{view.height}" for view in views.values()]
+    found = [f"// povray +I FILE {size} -A +FE" for size in sizes[:1]]
+    if len(views) < 2:
+        return found + written
+    first, *_ = order = list(map(named, views))
     lost.say(
-        f"one camera at a time: {named(first)} unless Declare=View=2 and so on asks for another; "
-        f"in order: {', '.join(map(named, names))}"
+        f"one camera at a time: {first} unless Declare=View=2 and so on asks for another; in order: {', '.join(order)}"
     )
     found += ["#ifndef (View) #declare View = 1; #end", "#switch (View)"]
-    for number, name in enumerate(names, 1):
-        other = scene.cameras[name]
-        found.append(f"#case ({number}) {camera(other)} // {named(name)}: +W{other.width} +H{other.height}\n#break")
+    for number, (camera, size) in enumerate(zip(written, sizes, strict=True), 1):
+        found.append(f"#case ({number}) {camera}: {size}\n#break")
     return [*found, "#end"]
-
-
-CAMERA = ("look_from", "look_at", "up", "vfov_deg", "width", "height")
 
 
 def _background(scene: Scene, lost: Losses) -> list[str]:

@@ -9,6 +9,7 @@ from ...scene import (
     ConstantBackground,
     DirectionalLight,
     GradientBackground,
+    OrthographicCamera,
     Plane,
     PointLight,
     Polygon,
@@ -16,7 +17,8 @@ from ...scene import (
     Sphere,
 )
 from .._losses import Losses
-from .._numbers import extent, listed, plain, rgb, text
+from .._numbers import extent, plain, rgb, text
+from .._views import aside, axes_of, box, frustum
 from ._words import colour, place
 
 FAR = 1e5
@@ -88,10 +90,35 @@ def gradient(background: GradientBackground) -> str:
 BACKGROUNDS: dict[type, Callable[..., str]] = {ConstantBackground: constant, GradientBackground: gradient}
 
 
-def camera(view: Camera) -> str:
-    ahead = 0.5 / np.tan(np.radians(float(plain(view.vfov_deg))) / 2)
+def perspective(view: Camera) -> str:
+    """A ray is direction + u right + v up, u and v from -1/2 to 1/2."""
+    window, where = frustum(view), place(plain(view.look_from))
+    across, down = window.size
+    if window.is_centred:
+        return (
+            f"camera {{ perspective location {where} direction <0,0,{text(1 / down)}> up <0,1,0> "
+            f"right <{text(across / down)},0,0> {_look(view, np.zeros(3))} }}"
+        )
+    # look_at would make the direction square to the picture again.
+    right, up, back = axes_of(view)
+    skew = window.middle @ (right, up) - back
     return (
-        f"camera {{ perspective location {place(plain(view.look_from))} direction <0,0,{text(ahead)}> up <0,1,0> "
-        f"right <{listed([view.width / view.height], ',')},0,0> sky {place(plain(view.up))} "
-        f"look_at {place(plain(view.look_at))} }}"
+        f"camera {{ perspective location {where} direction {place(skew)} up {place(up * down)} "
+        f"right {place(right * across)} }}"
     )
+
+
+def orthographic(view: OrthographicCamera) -> str:
+    """The first word makes `right` and `up` the size of what is seen, whatever look_at is."""
+    (across, down), shift = box(view).size, aside(view)
+    return (
+        f"camera {{ orthographic location {place(plain(view.look_from) + shift)} up <0,{text(down)},0> "
+        f"right <{text(across)},0,0> {_look(view, shift)} }}"
+    )
+
+
+def _look(view: Camera | OrthographicCamera, shift: np.ndarray) -> str:
+    return f"sky {place(plain(view.up))} look_at {place(plain(view.look_at) + shift)}"
+
+
+CAMERAS: dict[type, Callable[..., str]] = {Camera: perspective, OrthographicCamera: orthographic}

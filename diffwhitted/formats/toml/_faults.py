@@ -10,57 +10,9 @@ from collections.abc import Iterable
 from pydantic import ValidationError
 
 from ..._errors import SceneError
+from ._elsewhere import elsewhere
 from ._schema import scene_schema
 
-ELSEWHERE = {
-    "center": "centre",
-    "color": "colour",
-    "colors": "colours",
-    "points": "vertices",
-    "distance": "offset",
-    "ior": "refractive_index",
-    "index": "refractive_index",
-    "index_of_refraction": "refractive_index",
-    "eta": "refractive_index",
-    "shininess": "phong_exponent",
-    "exponent": "phong_exponent",
-    "n": "phong_exponent",
-    "diffuse": "k_d",
-    "specular": "k_h",
-    "reflectivity": "k_s",
-    "reflection": "k_s",
-    "transparency": "k_t",
-    "transmission": "k_t",
-    "eye": "look_from",
-    "from": "look_from",
-    "to": "look_at",
-    "target": "look_at",
-    "matrix": "pose",
-    "transform_matrix": "pose",
-    "camera_to_world": "pose",
-    "fx": "focal",
-    "fy": "focal",
-    "fl_x": "focal",
-    "fl_y": "focal",
-    "focal_length": "focal",
-    "cx": "principal_point",
-    "cy": "principal_point",
-    "k1": "distortion",
-    "k2": "distortion",
-    "p1": "distortion",
-    "p2": "distortion",
-    "ortho_scale": "view_height",
-    "projection": "type",
-    "fov": "vfov_deg",
-    "vfov": "vfov_deg",
-    "settings": "scene",
-    "sphere": "object",
-    "plane": "object",
-    "triangle": "object",
-    "polygon": "object",
-    "shape": "object",
-}
-"""What other programs call the keys."""
 SHOWN = 5
 """Faults listed in one message."""
 
@@ -111,9 +63,9 @@ def faults_of(error: ValidationError, document: dict) -> list[str]:
     for fault in sorted(error.errors(), key=lambda fault: fault["type"] == "missing"):
         path, value, node = _descend(fault["loc"], document, schema)
         if fault["type"] == "extra_forbidden":
-            likely = _likely(path[-1], node["properties"])
+            likely, said = _meant(path, node["properties"])
             meant.add((*path[:-1], likely))
-            faults.append(_unknown_key(path, value, likely, node, document))
+            faults.append(_unknown_key(path, value, likely, said, node, document))
         elif fault["type"] != "missing" or tuple(path) not in meant:
             faults.append(_wrong(fault["type"], path, value, node, document))
     return faults
@@ -185,7 +137,13 @@ def _advice(kind: str, value, node: dict) -> str:
     return ""
 
 
-def _unknown_key(path: list, value, likely: str | None, node: dict, document: dict) -> str:
+def _meant(path: list, known: Iterable[str]) -> tuple[str | None, str]:
+    """The known key that an unknown one stands for, if any, and what is to be said about it."""
+    likely, said = elsewhere(path[-1], known, path[0])
+    return (likely, said) if likely or said else (_likely(path[-1], known), "")
+
+
+def _unknown_key(path: list, value, likely: str | None, said: str, node: dict, document: dict) -> str:
     known = scene_schema()["properties"]
     alone = [key for key, node in known.items() if node.get("type") == "string"]
     tables = {key: f"[{key}]" if key == "scene" else f"[[{key}]]" for key in known if key not in alone}
@@ -194,7 +152,7 @@ def _unknown_key(path: list, value, likely: str | None, node: dict, document: di
         if not isinstance(value, (dict, list)):
             return f"{path[0]} = {shown(value)} is in no table.{guess} Allowed are {', '.join(tables.values())}"
         return f"unknown table [{path[0]}].{guess} Allowed are {', '.join(tables.values())}"
-    guess = f" Did you mean {shown(likely)}?" if likely else ""
+    guess = f" {said[0].upper()}{said[1:]}." if said else f" Did you mean {shown(likely)}?" if likely else ""
     if path[-1] in alone:
         guess = f" Write {path[-1]} above the first table of the file."
     where, key = _where(path, document)
@@ -209,10 +167,8 @@ def _guess(said, known: Iterable[str]) -> str:
 def _likely(key: str, known: Iterable[str]) -> str | None:
     """The known key that an unknown one stands for, if any."""
     plain = key.lower().replace("-", "_")
-    elsewhere = ELSEWHERE.get(plain)
-    if elsewhere in known:
-        return elsewhere
-    return next(iter(difflib.get_close_matches(plain, list(known), n=1, cutoff=0.5)), None)
+    meant, _ = elsewhere(key, known, "")
+    return meant or next(iter(difflib.get_close_matches(plain, list(known), n=1, cutoff=0.5)), None)
 
 
 def _where(path: list, document: dict) -> tuple[str, str]:

@@ -3,13 +3,14 @@
 import os
 import re
 import tomllib
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
 import tomlkit
 from pydantic import ValidationError
 
-from ..._errors import SceneError
+from ..._errors import SceneError, SceneNote
 from ...records import Registry
 from ...scene import BACKGROUNDS, CAMERAS, LIGHTS, OBJECTS, TEXTURES, Precision, Scene, float_dtype
 from ...scene.backgrounds import ConstantBackground, GradientBackground
@@ -18,6 +19,7 @@ from ._entries import Entry, written
 from ._faults import faults_of, ordinal, place, scene_error, shown
 from ._schema import GradientTable, models
 from ._shots import joined, relative
+from ._unclosed import unclosed_array
 
 
 def parse_scene(
@@ -70,7 +72,10 @@ def scene_text(scene: Scene, *, source: str = "scene", folder: Path | None = Non
         file = models().file.model_validate(plain)
     except ValidationError as error:
         raise scene_error(source, faults_of(error, plain)) from None
-    _scene(file, scene.dtype, source, None)
+    with warnings.catch_warnings():
+        # What there is to say of the scene was said when it was built.
+        warnings.simplefilter("ignore", SceneNote)
+        _scene(file, scene.dtype, source, None)
     return _dumped(plain)
 
 
@@ -94,10 +99,16 @@ def _document(text: str, source: str) -> dict:
 
 def _broken(message: str, text: str, source: str) -> str:
     at = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", message, re.DOTALL)
+    lines = text.replace("\r\n", "\n").split("\n")
+    began = unclosed_array(lines, int(at[2]) if at else len(lines) + 1)
+    if began is not None:
+        first = lines[began - 1].strip()
+        comment = "; # begins a comment, so a colour is written as three numbers" if "#" in first else ""
+        what = f"the array that begins here is not closed{comment}"
+        return f"{source}: line {began}: broken TOML: {what}; the line is {shown(first)}"
     if not at:
         return f"{source}: broken TOML: {message}; something is not closed"
     what, line, column = at[1], int(at[2]), int(at[3])
-    lines = text.replace("\r\n", "\n").split("\n")
     said = shown(lines[line - 1].strip()) if line <= len(lines) else ""
     return f"{source}: line {line}, column {column}: broken TOML: {what}; the line is {said}"
 

@@ -131,7 +131,7 @@ class AbstractCamera(eqx.Module):
         if np.linalg.norm(np.cross(ahead, up)) <= 1e-6 * np.linalg.norm(ahead) * np.linalg.norm(up):
             raise SceneError(
                 f"{place}: up = {up.tolist()} lies along the line of sight (or is zero); "
-                "choose another, such as [0, 0, 1]"
+                f"choose another, such as {np.eye(3, dtype=int)[_across(ahead)].tolist()}"
             )
 
     def resized(self, width: int | None = None, height: int | None = None):
@@ -217,3 +217,8 @@ class AbstractCamera(eqx.Module):
         place, side, none = (column, row), side * jnp.ones_like(column), jnp.zeros_like(column)
         across, down = (jax.jvp(self.rays, place, way)[1] for way in ((side, none), (none, side)))
         return Footprint(across, down, jnp.full(column.shape, NOTHING, jnp.int32))
+
+
+def _across(ahead: np.ndarray) -> int:
+    """The axis that is least along a direction; of equals y, then z."""
+    return min((1, 2, 0), key=lambda axis: abs(ahead[axis]))

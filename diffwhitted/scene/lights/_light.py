@@ -53,6 +53,10 @@ class AbstractLight(eqx.Module):
         """Does its light get less with the distance?"""
         return False
 
+    def held_within(self) -> float:
+        """How near (metres) its fade is held at 1, where it would make more of its colour; 0 for nowhere."""
+        return 0.0
+
     def without_fading(self) -> "AbstractLight":
         """The same light, arriving in full."""
         return self

@@ -1,0 +1,67 @@
+"""What is asked of a scene when its effects are decided: which coefficients are at work, and why."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..scene import Scene, Sheet, is_traced, shared_sheets
+from ..shapes import AbstractObject
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A scene, and what is asked of its picture."""
+
+    scene: Scene
+    free: frozenset[str]
+    """Coefficients that a fit leaves free, by name."""
+    depth: int
+    trees: int
+    """The footprint."""
+
+    def first_with(self, coefficient: str) -> str | None:
+        """The first object for which a coefficient is at work, with the reason, or None."""
+        for thing in self.scene.objects:
+            if reason := self.reasons.get((thing.material, coefficient)):
+                return f"object {thing.name!r}: {reason}"
+        return None
+
+    def users(self, coefficient: str) -> list[AbstractObject]:
+        """The objects for which a coefficient is at work."""
+        return [thing for thing in self.scene.objects if self.reasons.get((thing.material, coefficient))]
+
+    @cached_property
+    def reasons(self) -> Mapping[tuple[str, str], str]:
+        """Why a coefficient of a material is at work, where it is."""
+        found = (
+            ((name, coefficient), calls_for(self.scene, name, coefficient, self.free))
+            for name, material in self.scene.materials.items()
+            for coefficient in material.values
+        )
+        return {at: reason for at, reason in found if reason}
+
+    @cached_property
+    def sheets(self) -> tuple[Sheet, ...]:
+        """The surfaces in which transparent objects touch others."""
+        return shared_sheets(self.scene.objects, {thing.name for thing in self.users("k_t")})
+
+
+def calls_for(scene: Scene, material: str, coefficient: str, free: Collection[str] = ()) -> str | None:
+    """Why a coefficient of a material is at work ("glass.k_t = 0.7", "... is free"), or None if it is zero."""
+    record, name = scene.materials[material], f"{material}.{coefficient}"
+    if coefficient == "k_h":
+        if record.highlight == "off":
+            return None
+        if record.k_h is None and f"{material}.k_s" in free:
+            return f"{material}.k_s is free and gives k_h"
+    value = record.at_work(coefficient)
+    if name in free:
+        return f"{name} is free in the fit"
+    if is_traced(value):
+        return f"{name} is traced and may be anything"
+    value = np.asarray(value)
+    if not np.any(value > 0):
+        return None
+    return f"{name} = {np.array2string(value, precision=4, separator=', ', legacy=False)}"
