@@ -16,6 +16,7 @@ def scene():
     return dw.Scene(
         objects=[dw.Plane("floor", (0, 1, 0), -1, "grey"), dw.Sphere("ball", (0, 0, 0), 1, "grey")],
         materials={"grey": dw.Material(k_d=0.5)},
+        lights=[dw.PointLight((2, 3, 4), 1.0)],
         cameras={"main": dw.Camera((0, 0, 4), (0, 0, 0), 60, 21, 15)},
     )
 
