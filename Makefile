@@ -14,7 +14,7 @@ PAGES := $(VENV)/pages
 .PHONY: demo test quick check docs benchmark clean
 
 demo: $(READY)
-	@$(VENV)/bin/diffwhitted fit examples/three_spheres.toml --target examples/three_spheres_povray.exr \
+	@$(VENV)/bin/diffwhitted fit examples/three_spheres.toml --target examples/three_spheres_antialiased.exr \
 		--free 'glass.k_*' --free 'mirror.k_[adhs]' --free 'green.k_[adhs]' --free '*.phong_exponent' \
 		--truth examples/three_spheres_truth.toml --out demo-output
 

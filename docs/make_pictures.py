@@ -17,7 +17,7 @@ from fitting.comparing._tradeoff_plot import tradeoff_figure
 from fitting.telling._maps_plot import write_maps
 
 EXAMPLES = Path("examples")
-target = diffwhitted.read_image(EXAMPLES / "three_spheres_povray.exr").pixels
+target = diffwhitted.read_image(EXAMPLES / "three_spheres_antialiased.exr").pixels
 panels = [target]
 for path in (EXAMPLES / "three_spheres.toml", Path("demo-output/fitted.toml")):
     scene = diffwhitted.load_scene(path)

@@ -48,7 +48,7 @@ def small(tmp_path, monkeypatch):
         (tmp_path / "examples" / path.name).write_text(text, encoding="utf-8")
     truth = diffwhitted.load_scene("examples/three_spheres_truth.toml")
     picture = np.asarray(diffwhitted.render(truth, truth.cameras["main"]))
-    diffwhitted.write_image("examples/three_spheres_povray.exr", picture)
+    diffwhitted.write_image("examples/three_spheres_antialiased.exr", picture)
     return tmp_path
 
 

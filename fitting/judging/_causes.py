@@ -74,14 +74,16 @@ def _looks(problem: Problem, targets: Sequence[CheckedTarget], values: np.ndarra
 
 
 def _left(looks: Sequence[_Look], change: Callable[[np.ndarray], np.ndarray], factor: bool = False) -> float:
-    """What the linear step to changed targets leaves, as a share of the targets; `factor`: times any number."""
+    """What the linear step to changed targets leaves, as a share of the targets; `factor`: where light times any
+    number is allowed besides.
+    """
     gram, right, square, size = 0.0, 0.0, 0.0, 0.0
     for look in looks:
         target = change(look.target)
         residual = ((look.shown - target) * look.weight).ravel()
         rows = look.jacobian.reshape(residual.size, -1)
         if factor:
-            rows = np.concatenate([rows, (target * look.weight).reshape(-1, 1)], axis=1)
+            rows = np.concatenate([rows, (look.shown * look.weight).reshape(-1, 1)], axis=1)
         gram, right = gram + rows.T @ rows, right + rows.T @ residual
         square, size = square + residual @ residual, size + np.sum((target * look.weight) ** 2)
     scale = np.sqrt(np.maximum(np.diagonal(gram), 1e-300))

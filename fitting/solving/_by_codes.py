@@ -1,7 +1,7 @@
 """The end of a fit to pictures of whole numbers: from least squares to what the cells of the codes say."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,8 +15,8 @@ ROUNDS = 3
 """The cells' constraints are linear near a point, which they move: so often."""
 EDGE = 0.25
 """Share of a cell: a pixel whose samples vary by more, beyond a smooth course, has an edge in it and says nothing."""
-ENOUGH = 10
-"""Fewer values than so many for each unknown say too little."""
+FAR = 30.0
+"""So many standard errors of least squares from its answer, the constraints are no longer linear."""
 FURTHEST = 200.0
 """The cells are looked through for this many standard errors of least squares about its answer."""
 
@@ -47,7 +47,7 @@ def by_codes(
     deviations: Sequence[np.ndarray],
 ) -> ByCodes | None:
     """From the solution of least squares, what it renders, and its standard errors; None where the codes say no more
-    than that. `deviations` that residuals have shown, (height, width, 3): one of the shapes that noise may have.
+    than that. `deviations` that residuals have shown, (height, width, 3).
     """
     if not all(t.file is not None and t.file.cells is not None and t.noise is None for t in targets):
         return None
@@ -59,19 +59,20 @@ def by_codes(
     for _ in range(ROUNDS):
         cells, used = _cells(problem, targets, values)
         keep = np.concatenate([~edge[where] for edge, where in zip(edges, used, strict=True)])
-        shown = np.concatenate([d[where] for d, where in zip(deviations, used, strict=True)])
-        shapes = [np.ones(len(keep)), cells.width, *([shown] if np.ptp(shown) > 0 else [])]
-        if keep.sum() < ENOUGH * len(values):
-            return None
+        uneven = np.concatenate([d[where] for d, where in zip(deviations, used, strict=True)])
+        # What residuals have shown beyond the least of them is the model's: edges.
+        doubtful = replace(cells, slack=np.hypot(cells.slack, np.sqrt(uneven**2 - uneven.min() ** 2)))
         certain = _certain(cells, keep, size)
         if certain is not None:
             ends, found = values[:, None] + certain, None
             middle = np.clip(ends.mean(axis=1), low, high)
             change = middle - values
         else:
-            ends, found = None, most_likely(_some(cells, keep), [shape[keep] for shape in shapes])
+            ends, found = None, most_likely(doubtful, [np.ones(len(keep)), cells.width])
             change = np.clip(values + found.change, low, high) - values
         values = values + change
+        if not np.all(abs(values - start) < FAR * error):
+            return None
         if np.all(abs(change) < 0.02 * error):
             break
     whole_factor, films = factorise(problem, values)
@@ -79,28 +80,30 @@ def by_codes(
     if ends is not None:
         ends = np.clip(ends, low[:, None], high[:, None])
         # A bound that the search itself set is none.
-        if np.any(ends[:, 1] - ends[:, 0] > 1.9 * size) or np.any(abs(values - start) > size):
+        if np.any(ends[:, 1] - ends[:, 0] > 1.9 * size):
             return None
         return ByCodes(values, (ends[:, 1] - ends[:, 0]) / 2 / QUANTILE, ends, 0.0, factor, films, None)
     assert found is not None
     cells, used = _cells(problem, targets, values)
-    whole = np.full(len(keep), np.median(found.sigma))
-    whole[keep] = found.sigma
     standard, first = [], 0
-    z = standardised(cells, whole)
+    z = standardised(cells, found.sigma)
     for where, edge in zip(used, edges, strict=True):
         picture, count = np.zeros(where.shape), int(where.sum())
         picture[where] = z[first : first + count]
         standard.append(np.where(edge, 0, picture))
         first += count
     error = np.sqrt(np.maximum(np.diagonal(found.covariance), 0))
+    if not np.all(error < (high - low) / 2):
+        return None
     return ByCodes(values, error, None, float(np.median(found.sigma)), factor, films, tuple(standard))
 
 
 def _certain(cells: Cells, keep: np.ndarray, size: np.ndarray) -> np.ndarray | None:
     """Certain bounds by all pixels or, where they allow nothing, by those without an edge."""
     found = bounds_of_polytope(cells, size)
-    return found if found is not None or keep.all() else bounds_of_polytope(_some(cells, keep), size)
+    if found is not None or keep.all() or keep.sum() < len(keep) / 2:
+        return found
+    return bounds_of_polytope(_some(cells, keep), size)
 
 
 def _some(cells: Cells, keep: np.ndarray) -> Cells:
