@@ -22,6 +22,7 @@ from .accuracy import KNOBS, Choice, Knob, Measured, Settings, choose, measure
 from .cost import Explanation, RayMaps, explain, ray_maps
 from .rendering._antialias import Antialiased, antialias
 from .rendering._derivative import Derivative, derivative
+from .rendering._layers import Layers, layers
 from .rendering._render_with_bound import Bounded, render_with_bound
 from .scene import (
     COEFFICIENTS,
@@ -69,6 +70,7 @@ __all__ = [
     "InputError",
     "KNOBS",
     "Knob",
+    "Layers",
     "Material",
     "Measured",
     "OrthographicCamera",
@@ -89,6 +91,7 @@ __all__ = [
     "decide_effects",
     "derivative",
     "explain",
+    "layers",
     "load_scene",
     "measure",
     "parameter_value",

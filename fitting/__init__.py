@@ -6,9 +6,14 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ._errors import FitError
     from ._fit import fit
+    from ._held_out import HeldOut
     from ._result import FitResult, FitStage, FitStep, FittedCoefficient, FitView, WildPixel
     from .comparing._tradeoff import Tradeoff, tradeoff
     from .comparing._tradeoff_plot import tradeoff_figure
+    from .planning._identification import Identification
+    from .planning._identify import identify
+    from .planning._suggest import Suggestion, suggest
+    from .problem._only import only
     from .problem._target import Target
 
 __all__ = [
@@ -18,10 +23,16 @@ __all__ = [
     "FitStep",
     "FitView",
     "FittedCoefficient",
+    "HeldOut",
+    "Identification",
+    "Suggestion",
     "Target",
     "Tradeoff",
     "WildPixel",
     "fit",
+    "identify",
+    "only",
+    "suggest",
     "tradeoff",
     "tradeoff_figure",
 ]
@@ -33,10 +44,16 @@ _HOMES = {
     "FitStep": "_result",
     "FitView": "_result",
     "FittedCoefficient": "_result",
+    "HeldOut": "_held_out",
+    "Identification": "planning._identification",
+    "Suggestion": "planning._suggest",
     "Target": "problem._target",
     "Tradeoff": "comparing._tradeoff",
     "WildPixel": "_result",
     "fit": "_fit",
+    "identify": "planning._identify",
+    "only": "problem._only",
+    "suggest": "planning._suggest",
     "tradeoff": "comparing._tradeoff",
     "tradeoff_figure": "comparing._tradeoff_plot",
 }

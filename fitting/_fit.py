@@ -17,6 +17,7 @@ from diffwhitted.tree import decide_effects, points_only, trees_or_points
 
 from ._errors import FitError
 from ._outcome import outcome, with_causes, with_runs
+from ._prediction import with_prediction
 from ._restricted import restricted
 from ._result import FitResult, FitStep, WildPixel
 from .judging._grey import grey_note, grey_only
@@ -26,6 +27,7 @@ from .problem._bounds import Bounds
 from .problem._build import build
 from .problem._colour import coloured
 from .problem._free_names import free_list, free_parameters, whole_names
+from .problem._holding_out import held_out
 from .problem._problem import any_moves
 from .problem._shot_files import shots_of
 from .problem._sought import Wishes, sought
@@ -56,6 +58,7 @@ def fit(
     footprint: int | None = None,
     max_steps: int = 100,
     coarse_to_fine: bool = True,
+    hold_out: str | float | Sequence[str] | None = None,
     on_step: Callable[[FitStep], None] | None = None,
 ) -> FitResult:
     """Find the free numbers of a scene, its material coefficients first, that make the rendered scene equal the
@@ -85,6 +88,8 @@ def fit(
     - `coarse_to_fine`: the first steps look at fewer samples of a large target (see `_stages`); `stages` of the
       result says
       at how many, and what that took.
+    - `hold_out`: what the fit does not look at, to see how well it predicts it: the name of a shot (or several), or a
+      share of the pixels (0.2, "20%"), in blocks; `held_out` of the result says.
     - `footprint`: k x k trees a pixel whose rays average what they meet over their share of it. Without it that is
       the scene's, or `samples`, where what is free moves rays, shadows or the edges of patterns: their derivative lies
       in the edges of the picture.
@@ -97,7 +102,7 @@ def fit(
     from the residual. Raises `FitError` for input that cannot be used (`SceneError` for a max_depth).
     """
     begun = time.perf_counter()
-    _require_values(scene, targets, start, bounds, prior, ties, at_most)
+    require_values(scene, targets, start, bounds, prior, ties, at_most)
     starts, samples, max_steps = (
         whole_number(value, name, error=FitError)
         for name, value in (("starts", starts), ("samples", samples), ("max_steps", max_steps))
@@ -107,21 +112,24 @@ def fit(
         raise FitError(f"loss = {loss!r}; allowed is {', '.join(known)}")
     scene = coloured(scene, colour, free)
     targets, given = as_targets(scene, targets if targets is not None else shots_of(scene)), scene
-    scene = _near_the_first(changed(scene, shots=tuple(target.shot for target in targets)), targets)
+    left_out, what = None, ""
+    if hold_out is not None:
+        targets, left_out, what = held_out(targets, hold_out)
+    scene = near_the_first(changed(scene, shots=tuple(target.shot for target in targets)), targets)
     names, passed_over = free_parameters(
         scene, (*free_list(free), *(ties or {})), max_depth, {target.camera for target in targets}
     )
     wanted = sought(scene, names, Wishes(bounds or {}, prior or {}, ties or {}, at_most or {}))
     unknowns = wanted.all
     if given.keeps_digits:
-        _require_no_places(unknowns)
+        require_no_places(unknowns)
     first = start_values(scene, wanted.leaders, start)
     require_start(wanted.leaders, first)
     automatic = footprint is None and not scene.footprint and samples == 1 and not any_moves(unknowns)
     if footprint is None:
         footprint = scene.footprint or (samples if any_moves(unknowns) else 0)
     sampling = None if automatic else "pixel" if footprint or samples > 1 else "points"
-    footprint, samples = _able(scene, unknowns, footprint, samples)
+    footprint, samples = able(scene, unknowns, footprint, samples)
     problem, weighing = build(scene, targets, names, wanted, first, samples, max_depth, footprint)
     compile_solver(problem, first)
     seconds_compile, ends = time.perf_counter() - begun, []
@@ -157,9 +165,14 @@ def fit(
         found = likely_causes(scene, end.targets, names, end, best.values, max_depth, footprint)
         result = with_causes(result, found)
     result = without_sharp(restricted(result, scene, wanted), too_sharp(problem, best.values))
+    if left_out is not None:
+        result = with_prediction(result, left_out, what, scene)
     if given.keeps_digits:
         whole = changed(given, shots=scene.shots)
-        result = replace(result, scene=insert(whole, unknowns, (wanted.matrix @ best.values).astype(given.dtype)))
+        result = replace(
+            result,
+            scene=insert(whole, unknowns, np.asarray([c.value for c in result.coefficients]).astype(given.dtype)),
+        )
     if not given.shots and not any(u.parameter.family == "shot" for u in unknowns):
         result = replace(result, scene=changed(result.scene, shots=()))
     result = replace(result, wild=wild, loss=loss)
@@ -174,7 +187,7 @@ def _wild(targets: tuple[CheckedTarget, ...], end: Settled) -> tuple[WildPixel, 
     return wild_pixels(targets, left_out, pictures, float(jnp.finfo(end.problem.scene.dtype).eps))
 
 
-def _require_no_places(unknowns) -> None:
+def require_no_places(unknowns) -> None:
     """Raise `FitError` where a place is free in a scene that is far from the origin."""
     for unknown in unknowns:
         row = unknown.parameter.row
@@ -185,7 +198,7 @@ def _require_no_places(unknowns) -> None:
             )
 
 
-def _near_the_first(scene: Scene, targets: tuple[CheckedTarget, ...]) -> Scene:
+def near_the_first(scene: Scene, targets: tuple[CheckedTarget, ...]) -> Scene:
     """The scene as it is traced: relative to the camera of the first target, where that is far from the origin."""
     placed, _ = near(scene, scene.cameras[targets[0].camera])
     for target in targets:
@@ -199,7 +212,7 @@ def _near_the_first(scene: Scene, targets: tuple[CheckedTarget, ...]) -> Scene:
     return placed
 
 
-def _require_values(*given) -> None:
+def require_values(*given) -> None:
     """Raise `FitError` where something has no value yet, under `jit`, `grad` or `vmap`: a fit decides by values."""
     if any(map(is_traced, jax.tree.leaves(given))):
         raise FitError(
@@ -209,7 +222,7 @@ def _require_values(*given) -> None:
         )
 
 
-def _able(scene: Scene, unknowns: tuple[Unknown, ...], footprint: int, samples: int) -> tuple[int, int]:
+def able(scene: Scene, unknowns: tuple[Unknown, ...], footprint: int, samples: int) -> tuple[int, int]:
     """Footprint and samples, of which something in the scene may know points only.
 
     Raises `FitError` where what is free moves edges then: points do not see them move.

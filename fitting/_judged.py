@@ -33,7 +33,7 @@ SERIOUS = 6.0
 BY_BOUNDS = 0.3
 """Share of the squares left over that a step without bounds would take away, from which on the bounds are the cause."""
 VISIBLE = 1e-3
-"""what is left over is more than this share of the picture."""
+"""what is left over, weighed as in the fit, is more than this share of the picture."""
 
 
 @dataclass
@@ -126,8 +126,10 @@ def judged(scene: Scene, targets: Sequence[CheckedTarget], end: Settled) -> Judg
     # Is the model wrong by more than intervals can carry?
     with np.errstate(all="ignore"):
         ratio = np.nanmax(np.where(known.identifiable & (white > 0), widened / white, 0), initial=0)
-    left = np.sqrt(np.mean([v.rmse**2 for v in views]))
-    size = np.sqrt(np.mean([np.mean(np.square(v.target[v.weight > 0], dtype=np.float64)) for v in views]))
+    left = found.noise if weighing.estimated else np.sqrt(np.mean([v.rmse**2 for v in views if v.weight.any()]))
+    size = np.sqrt(
+        np.mean([np.mean(np.square(v.target[v.weight > 0], dtype=np.float64)) for v in views if v.weight.any()])
+    )
     found.misfit = bool(structured and ratio > SERIOUS and left > VISIBLE * size)
     if found.misfit and held.any and _by_bounds(end.problem, targets, best, noises, precision):
         # Without its bounds the model would fit far better: they are an answer, and not wrong by themselves.

@@ -13,6 +13,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from ._coefficients import FittedCoefficient, WildPixel, finite
+from ._held_out import HeldOut
 
 Status = Literal["converged", "misfit", "not_converged", "not_identifiable", "interrupted"]
 
@@ -97,6 +98,7 @@ class FitResult:
     - `seconds_compile`, `seconds_solve`: wall-clock seconds.
     - `starts_tried`: how many starting points were solved from; the best is reported.
     - `effects`: `(name, on, why)` for each effect of the renderer.
+    - `held_out`: how well what was left out is predicted; None where nothing was.
     - `views`: one `FitView` per camera; `scene`: the fitted scene; `free`: the free names as asked for.
 
     Raises `ValueError` for an unknown status or a correlation of another shape.
@@ -126,6 +128,7 @@ class FitResult:
     wild: tuple[WildPixel, ...] = ()
     loss: str = "square"
     causes: tuple[tuple[str, float], ...] = ()
+    held_out: HeldOut | None = None
 
     def __post_init__(self) -> None:
         if self.status not in get_args(Status):
@@ -171,6 +174,7 @@ class FitResult:
             "loss": self.loss,
             "wild": [pixel.to_json() for pixel in self.wild],
             "causes": [{"what": what, "removed": finite(removed)} for what, removed in self.causes],
+            "held_out": None if self.held_out is None else self.held_out.to_json(),
             "steps": int(self.steps),
             "starts_tried": int(self.starts_tried),
             "seconds": {"compile": finite(self.seconds_compile), "solve": finite(self.seconds_solve)},

@@ -47,6 +47,7 @@ LAYERS = (
     "diffwhitted",
     "fitting._errors",
     "fitting._coefficients",
+    "fitting._held_out",
     "fitting._result",
     "fitting.problem",
     "fitting.judging",
@@ -54,7 +55,9 @@ LAYERS = (
     "fitting._judged",
     "fitting._outcome",
     "fitting._restricted",
+    "fitting._prediction",
     "fitting._fit",
+    "fitting.planning",
     "fitting.telling",
     "fitting.comparing",
     "fitting",
@@ -139,15 +142,16 @@ def test_a_file_is_small_and_says_what_it_is(path):
 PUBLIC = {
     "diffwhitted": """
         Antialiased Bounded COEFFICIENTS Camera CapacityError Checker Choice ConstantBackground Derivative
-        DirectionalLight Effects Explanation FarFromOrigin GradientBackground InputError KNOBS Knob Material Measured
-        OrthographicCamera Plan Parameter Plane PointLight Polygon RayMaps Scene SceneError Settings Sphere antialias
-        choose coefficient_value decide_effects derivative explain load_scene measure parameter_value parameters
-        parse_scene plan ray_maps read_cameras read_image render render_with_bound replace_coefficient replace_parameter
+        DirectionalLight Effects Explanation FarFromOrigin GradientBackground InputError KNOBS Knob Layers Material
+        Measured OrthographicCamera Plan Parameter Plane PointLight Polygon RayMaps Scene SceneError Settings Shot
+        Sphere antialias choose coefficient_value decide_effects derivative explain layers load_scene measure
+        parameter_value parameters parse_scene plan ray_maps read_cameras read_image render render_with_bound
+        replace_coefficient replace_parameter
         save_scene scene_schema write_image
     """,
     "fitting": """
-        FitError FitResult FitStage FitStep FitView FittedCoefficient Target Tradeoff WildPixel fit tradeoff
-        tradeoff_figure
+        FitError FitResult FitStage FitStep FitView FittedCoefficient HeldOut Identification
+        Suggestion Target Tradeoff WildPixel fit identify only suggest tradeoff tradeoff_figure
     """,
 }
 """What others may rely on. A change of this list is a line in CHANGELOG.md."""

@@ -8,6 +8,7 @@ import json
 import os
 import secrets
 import shutil
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from .._files import not_a_file
 from ._colour import PRIMARIES
 from ._display import check_exposure, display_codes
 from ._faults import ImageError, one_line, refuse, utf8
+from ._further import with_layers
 
 _FLOAT32 = float(np.finfo(np.float32).max)
 
@@ -59,6 +61,7 @@ def write_image(
     exposure: float = 0.0,
     half: bool = False,
     alpha: Float[np.ndarray, "height width"] | None = None,
+    layers: Mapping[str, np.ndarray] | None = None,
 ) -> None:
     """Writes linear Rec.709 pixels in the format that the extension names, whole or not at all.
 
@@ -71,6 +74,7 @@ def write_image(
     exposure: stops, for .png and .jpg. half: 16 bit floats, for .exr.
     alpha: (height, width) in [0, 1], for .exr, .tif and .png. An .exr stores pixels premultiplied,
     so colour under alpha 0 is lost there; the others store it straight.
+    layers: for .exr, further channels (height, width) by name, such as "depth.Z", 32 bit floats whatever `half` says.
 
     Raises ImageError when the pixels do not fit the format or the file cannot be written; a file
     that was there before is then as it was.
@@ -82,7 +86,10 @@ def write_image(
         stored = display_codes(stored, form.bits, exposure=exposure)
     if alpha is not None:
         stored = _with_alpha(path, stored, alpha, form)
-    _write_whole(path, _described(path, stored, form, half, metadata or {}), stored)
+    spec = _described(path, stored, form, half, metadata or {})
+    if layers:
+        spec, stored = with_layers(path, spec, stored, layers)
+    _write_whole(path, spec, stored)
 
 
 def check_writable(path: str | os.PathLike, *, exposure: float = 0.0, half: bool = False) -> ImageFormat:

@@ -1,5 +1,5 @@
-"""The command line: `diffwhitted render`, `fit`, `derivative`, `explain`, `tradeoff`, `parameters`, `convert` and
-`schema`.
+"""The command line: `diffwhitted render`, `fit`, `derivative`, `explain`, `tradeoff`, `identify`, `parameters`,
+`convert` and `schema`.
 
 A command's file imports what it needs when it runs, so that `--help` does not wait for JAX. Every failure is
 one message on stderr and an exit code; there is never a traceback.
@@ -18,6 +18,7 @@ from ._derivative import derivative
 from ._explain import explain
 from ._failures import failed
 from ._fit import fit
+from ._identify import identify
 from ._options import SeveralValues
 from ._parameters import parameters
 from ._progress import say
@@ -39,6 +40,7 @@ app = typer.Typer(
 )
 app.command(cls=SeveralValues, short_help="Render a scene to an image file.")(render)
 app.command(cls=SeveralValues, short_help="Find material coefficients, and other numbers, from pictures.")(fit)
+app.command(cls=SeveralValues, short_help="Say what a fit would know, before a picture is taken.")(identify)
 app.command(cls=SeveralValues, short_help="Show how a picture changes with a number of the scene.")(derivative)
 app.command(cls=SeveralValues, short_help="Say what a picture costs, and why.")(explain)
 app.command(cls=SeveralValues, short_help="Measure what accuracy costs in time.")(tradeoff)

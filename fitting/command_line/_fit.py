@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ._environment import set_up
-from ._folders import check_folder, saved_into
-from ._options import Depth, Footprint, Precision, PrecisionName, Samples, ScenePath
+from ._folder import check_folder, saved_into
+from ._options import Depth, Footprint, HoldOut, Only, Precision, PrecisionName, Samples, ScenePath
 from ._progress import Progress, safe
 from ._restrictions import AtMost, BoundsGiven, Colours, Known, Loss, LossName, Priors, Start, TiesGiven
 
@@ -145,6 +145,8 @@ def fit(
     target: Targets = None,
     camera: CameraName = None,
     mask: Masks = None,
+    only: Only = None,
+    hold_out: HoldOut = None,
     keep_clipped: KeepClipped = False,
     encoding: Encoding = None,
     layer: Layer = None,
@@ -205,6 +207,10 @@ def fit(
             encoding=encoding,
             layer=layer,
         )
+        if only:
+            from fitting.problem._only import only_these
+
+            targets = only_these(loaded, targets, only)
         loaded = with_shots(loaded, targets, progress.note)
         known = Known.read(start or [], bounds or [], prior or [], tie or [], at_most or [], colour or [])
         true = known.true_values(loaded, free, truth)
@@ -222,6 +228,7 @@ def fit(
             footprint=footprint,
             max_steps=max_steps,
             coarse_to_fine=coarse_to_fine,
+            hold_out=hold_out[0] if hold_out and len(hold_out) == 1 else hold_out or None,
             on_step=lambda step: progress.step(step, starts),
         )
         progress.say("writing the report")

@@ -122,6 +122,25 @@ PrecisionName = Annotated[
     typer.Option("--precision", metavar="TYPE", help="float32, or float64: slower, for derivatives to the last digit."),
 ]
 
+Only = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--only",
+        metavar="OBJECT",
+        show_default=False,
+        help="Use only pixels that see this object first, and whose neighbours do; several may be named.",
+    ),
+]
+HoldOut = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--hold-out",
+        metavar="SHOT|SHARE",
+        show_default=False,
+        help="Leave a shot, or a share of the pixels such as 20%, out of the fit, and say how well they are predicted.",
+    ),
+]
+
 
 class SeveralValues(TyperCommand):
     """A command whose repeatable options also take several values at once: `--free a.k_d b.k_d`."""

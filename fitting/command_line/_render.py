@@ -53,6 +53,14 @@ Exposure = Annotated[
         help="For .png and .jpg: +1 doubles the light before it is clipped to the display's white.",
     ),
 ]
+LayersToo = Annotated[
+    bool,
+    typer.Option(
+        "--layers",
+        help="For .exr: write what the middle of each pixel sees first beside the picture, as layers: depth.Z (metres "
+        "along the ray), normal.X, .Y, .Z, and object.id, whose names the file lists.",
+    ),
+]
 
 
 def render(
@@ -70,6 +78,7 @@ def render(
     time_budget: TimeBudget = None,
     precision: PrecisionName = Precision.float32,
     exposure: Exposure = 0.0,
+    layers: LayersToo = False,
 ) -> None:
     """Render a scene to an image file.
 
@@ -86,6 +95,10 @@ def render(
     from diffwhitted.image import check_writable, count_clipped, write_image
 
     form = check_writable(out, exposure=exposure)
+    if layers and out.suffix.lower() != ".exr":
+        from diffwhitted import InputError
+
+        raise InputError(f"--layers: {out} holds no layers; leave --layers out, or write .exr")
     loaded = load_scene(scene, precision=precision.value).with_cutoff(cutoff)
     name, view = chosen_camera(loaded, camera)
     view = view.resized(width, height)
@@ -111,7 +124,13 @@ def render(
     else:
         picture = adaptive(loaded, view, depth, samples, footprint, antialias)
         about = {"scene": scene.name, "camera": name, "antialias": antialias}
-    write_image(out, picture.pixels, exposure=exposure, metadata=about)
+    channels = None
+    if layers:
+        from diffwhitted import layers as first_seen
+
+        seen = first_seen(loaded, view)
+        channels, about = seen.channels(), {**about, "objects": list(seen.names), "depth.Z": "metres along the ray"}
+    write_image(out, picture.pixels, exposure=exposure, metadata=about, layers=channels)
     say(
         f"wrote {out}: {view.width} x {view.height} pixels, {picture.rays:,} rays in {picture.seconds:.2f} s, "
         f"after {picture.seconds_compile:.1f} s of compiling"

@@ -106,7 +106,7 @@ def tradeoff(
         from fitting.comparing._tradeoff_outputs import tradeoff_json, write_tradeoff
 
         from ._accuracy import tolerance_number
-        from ._folders import check_folder
+        from ._folder import check_folder
         from ._named_values import numbers
 
         largest = tolerance_number(tolerance)

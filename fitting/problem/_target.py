@@ -104,7 +104,7 @@ def is_file(image) -> "TypeGuard[ImageFile]":
 
 def _names(scene: Scene, targets: Sequence[Target]) -> list[str]:
     """The name of each: its own, that of its shot, or of its camera, numbered where a camera took several pictures."""
-    cameras = [_camera_name(scene, t.camera or (t.shot and t.shot.camera)) for t in targets]
+    cameras = [camera_name(scene, t.camera or (t.shot and t.shot.camera)) for t in targets]
     given = [t.name or (t.shot and t.shot.name) for t in targets]
     names = []
     for camera, name in zip(cameras, given, strict=True):
@@ -129,7 +129,7 @@ def _of_camera(camera: str, target) -> Target:
 
 
 def _checked(scene: Scene, target: Target, called: str) -> CheckedTarget:
-    name = _camera_name(scene, target.camera or (target.shot and target.shot.camera))
+    name = camera_name(scene, target.camera or (target.shot and target.shot.camera))
     camera, place = scene.cameras[name], f"target of camera {name!r}"
     size = (camera.height, camera.width)
     # Take what the file says of itself.
@@ -203,7 +203,8 @@ def _named(shot: Shot | None, name: str, scene: Scene) -> Shot:
     return changed(shot, name=name)
 
 
-def _camera_name(scene: Scene, name: str | None) -> str:
+def camera_name(scene: Scene, name: str | None) -> str:
+    """The camera of that name; without one "main", or the only one. Raises `FitError` where there is none."""
     if not scene.cameras:
         raise FitError("targets: the scene has no camera; add a [[camera]]")
     if name is None:

@@ -50,7 +50,8 @@ def by_codes(
     """From the solution of least squares, what it renders, and its standard errors; None where the codes say no more
     than that. `deviations` that residuals have shown, (height, width, 3).
     """
-    if not all(t.file is not None and t.file.cells is not None and t.noise is None for t in targets):
+    files = [t.file for t in targets if t.noise is None and t.file is not None and t.file.clipped is not None]
+    if len(files) < len(targets) or any(file.cells is None for file in files):
         return None
     if not np.isfinite(error).all() or not (error > 0).all():
         return None

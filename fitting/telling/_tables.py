@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from diffwhitted._errors import printable
 
 from .._result import FitResult, FitStage, FittedCoefficient
+from ..planning._identification import Identification
 from ._layout import column_widths, folded
 
 if TYPE_CHECKING:
@@ -169,10 +170,13 @@ def places(coefficient: FittedCoefficient, truth: float | None) -> dict[str, Any
     }
 
 
-def coefficient_table(result: FitResult, truth: Mapping[str, float] | None = None, width: int = 80) -> Group:
+def coefficient_table(
+    result: FitResult | Identification, truth: Mapping[str, float] | None = None, width: int = 80
+) -> Group:
     """The coefficients as a `rich` table for a terminal `width` columns wide, without colour, and the notes below it.
 
-    `truth` maps names to true values; where given, they replace the column of starting values.
+    `truth` maps names to true values; where given, they replace the column of starting values, which what is planned
+    has not.
     A value in brackets is one that the pictures do not determine; the numbered notes below say why.
     Where it does not fit, long names fold at the dot, then the starts or the intervals are left out.
     """
@@ -193,7 +197,9 @@ def coefficient_table(result: FitResult, truth: Mapping[str, float] | None = Non
     return Group(table, Text(printable("\n".join(notes)))) if notes else Group(table)
 
 
-def _columns(result: FitResult, truth: Mapping[str, float] | None) -> tuple[dict[str, list[str]], list[str]]:
+def _columns(
+    result: FitResult | Identification, truth: Mapping[str, float] | None
+) -> tuple[dict[str, list[str]], list[str]]:
     """The cells of each column by its header, and the notes."""
     columns = {"coefficient": [], "start": [], "value": [], "unit": [], "95 % interval": [], "truth": [], "off by": []}
     notes = []
@@ -215,6 +221,7 @@ def _columns(result: FitResult, truth: Mapping[str, float] | None) -> tuple[dict
         for column, cell in zip(columns.values(), cells, strict=True):
             column.append(cell)
     left_out = {"truth", "off by"} if truth is None else {"start"}
+    left_out |= {"start"} if isinstance(result, Identification) else set()
     left_out |= {"unit"} - {"unit" for cell in columns["unit"] if cell}
     return {header: cells for header, cells in columns.items() if header not in left_out}, notes
 

@@ -1,4 +1,4 @@
-"""The folder that a command writes into: may it, and where what is in it is found from."""
+"""The folder that a command writes to: can it be written, and are the pictures of a scene found from there?"""
 
 from __future__ import annotations
 
