@@ -14,7 +14,7 @@ from .judging._active import Held, gauss_newton
 from .judging._constrained import uncertainty_within
 from .judging._evidence import evidence, narrowed, robust_errors
 from .judging._identifiability import QUANTILE, Uncertainty, uncertainty
-from .judging._misfit import at_rounding_level, is_structured, neighbours_agree
+from .judging._misfit import at_rounding_level, is_structured, neighbours_agree, times_the_noise
 from .judging._rest import jacobian_precision, on_bound, residual_noise, rest_share, unsettled
 from .problem._problem import Problem, factorise
 from .problem._target import CheckedTarget, residual_count
@@ -33,7 +33,9 @@ SERIOUS = 6.0
 BY_BOUNDS = 0.3
 """Share of the squares left over that a step without bounds would take away, from which on the bounds are the cause."""
 VISIBLE = 1e-3
-"""what is left over, weighed as in the fit, is more than this share of the picture."""
+"""what is left over, weighed as in the fit, is more than this share of the picture, or"""
+VISIBLE_OF_TREES = 0.02
+"""than this one, where each pixel is a filtered tree, which knows edges only nearly."""
 
 
 @dataclass
@@ -130,7 +132,12 @@ def judged(scene: Scene, targets: Sequence[CheckedTarget], end: Settled) -> Judg
     size = np.sqrt(
         np.mean([np.mean(np.square(v.target[v.weight > 0], dtype=np.float64)) for v in views if v.weight.any()])
     )
-    found.misfit = bool(structured and ratio > SERIOUS and left > VISIBLE * size)
+    found.misfit = bool(
+        structured and ratio > SERIOUS and left > (VISIBLE_OF_TREES if end.problem.moves else VISIBLE) * size
+    )
+    if given and (times := times_the_noise(views, noises, len(unknowns))):
+        found.misfit = True
+        found.notes.append(f"what is left over is {times:.2g} times the noise that was given")
     if found.misfit and held.any and _by_bounds(end.problem, targets, best, noises, precision):
         # Without its bounds the model would fit far better: they are an answer, and not wrong by themselves.
         found.misfit = False

@@ -14,6 +14,7 @@ from diffwhitted.image import dealt
 from fitting._outcome import outcome
 from fitting.problem._build import build
 from fitting.problem._target import as_targets
+from fitting.problem._ties import tied
 from fitting.problem._unknowns import list_unknowns
 from fitting.solving._settling import Settled
 from fitting.solving._solve import solve
@@ -173,7 +174,7 @@ def test_intervals_cover_the_truth_in_95_of_100_noisy_targets():
     unknowns = list_unknowns(scene, names)
     truth = np.asarray([0.3, 0.2, 0.5])
     clean = as_targets(scene, picture(scene))
-    problem, weighing = build(scene, clean, names, unknowns, truth, 1, None, 0)
+    problem, weighing = build(scene, clean, names, tied(unknowns, None), truth, 1, None, 0)
     (view,) = problem.views
     random, covered = np.random.default_rng(0), []
     for _ in range(200):
@@ -181,8 +182,9 @@ def test_intervals_cover_the_truth_in_95_of_100_noisy_targets():
         film = dealt(jnp.asarray(noisy, jnp.float32), view.passes, view.parts[0].plan.pass_pixels)
         noisy_problem = eqx.tree_at(lambda p: [part.target for part in p.views[0].parts], problem, list(film))
         best = solve(noisy_problem, truth, max_steps=30)
-        end = Settled(best, noisy_problem, weighing, "points", None)
-        result = outcome(scene, (replace(clean[0], image=noisy),), end, truth, (), ())
+        noisy_targets = (replace(clean[0], image=noisy),)
+        end = Settled(best, noisy_problem, weighing, "points", None, noisy_targets, False)
+        result = outcome(scene, noisy_targets, end, truth, (), ())
         assert result.noise == pytest.approx(noise, rel=0.1)
         covered.append(
             [

@@ -109,13 +109,18 @@ def test_what_is_fixed_and_wrong_is_a_misfit(noise):
     """The target has a highlight, the scene has none."""
     result = fitting.fit(ball(k_d=0.3), picture(ball(k_d=0.7, k_h=0.2, phong_exponent=10.0), noise), ["m.k_d", "m.k_a"])
     assert result.misfit
-    assert "the residual is not noise" in result.message
+    assert result.status == "misfit" and result.exit_code == 1 and "the model does not fit" in result.message
     assert result.to_json()["misfit"] is True
 
 
-def test_noise_with_a_grain_is_a_misfit():
-    clean = picture(ball(k_d=0.7))
-    assert fitting.fit(ball(k_d=0.3), clean + smooth_noise(clean.shape, 0.01, 0), ["m.k_d", "m.k_a"]).misfit
+def test_noise_with_a_grain_widens_the_intervals():
+    """Of neighbours that agree a picture holds less: the intervals are wider than those of as much white noise."""
+    clean, names = picture(ball(k_d=0.7)), ["m.k_d", "m.k_a"]
+    white = fitting.fit(ball(k_d=0.3), picture(ball(k_d=0.7), 0.01), names)
+    for seed in range(3):
+        result = fitting.fit(ball(k_d=0.3), clean + smooth_noise(clean.shape, 0.01, seed), names)
+        assert not result.misfit and "the intervals allow for it" in result.message
+        assert all(result[name].standard_error > 1.4 * white[name].standard_error for name in names)
 
 
 def test_a_residual_above_the_given_noise_is_a_misfit_and_one_below_is_not():

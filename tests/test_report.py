@@ -93,7 +93,7 @@ def test_records_refuse_what_cannot_be(result):
         coefficient("a.k_d", 0.5, 0.1, identifiable=False)
     with pytest.raises(ValueError, match=r"\(5, 5\) is needed"):
         dataclasses.replace(result, correlation=np.eye(4))
-    with pytest.raises(ValueError, match="converged, not_converged"):
+    with pytest.raises(ValueError, match="converged, misfit"):
         dataclasses.replace(result, status="fine")
     with pytest.raises(ValueError, match="'main': render has shape"):
         FitView("main", np.zeros((2, 3, 3)), np.zeros((3, 2, 3)), np.zeros((2, 3, 3)), np.zeros((2, 3)))
@@ -251,7 +251,7 @@ def test_an_interval_below_the_last_digit_reads_as_its_half_width():
 
 def test_converged_is_said_once(result):
     done = dataclasses.replace(
-        result, status="converged", message="converged in 3 steps; spare.k_d left as it is: no object", steps=3
+        result, status="misfit", message="converged in 3 steps; spare.k_d left as it is: no object", steps=3
     )
     text = " ".join(summary_lines(done))
     assert text.lower().count("converged") == 1 and "spare.k_d left as it is" in text
@@ -260,10 +260,10 @@ def test_converged_is_said_once(result):
 
 def test_a_misfit_and_the_rounding_level_are_said(result):
     bad = dataclasses.replace(
-        result, status="converged", message="converged in 3 steps; the residual is not noise: etc", misfit=True
+        result, status="misfit", message="at rest after 3 steps, but the model does not fit: etc", misfit=True
     )
-    assert "the residual is not noise" in " ".join(summary_lines(bad))
-    assert "the residual is not noise" in Page(report_html(bad, title="t")).words
+    assert "the model does not fit" in " ".join(summary_lines(bad))
+    assert "the model does not fit" in Page(report_html(bad, title="t")).words
     exact = dataclasses.replace(result, noise=1e-8, at_rounding_level=True)
     for words in (" ".join(summary_lines(exact)), Page(report_html(exact, title="t")).words):
         assert "at rounding level" in words and "estimated from the residual" not in words

@@ -91,7 +91,7 @@ def test_squares_have_the_mean_of_their_pixels():
     assert coarse.weight.shape == (8, 10, 3) and coarse.weight[0, 0, 0] == 0
     assert (coarse.weight**2).sum() == pytest.approx((whole.weight**2).sum())
     block, weight = whole.image[10:15, 20:25], whole.weight[10:15, 20:25] ** 2
-    np.testing.assert_allclose(coarse.image[2, 4], (block * weight).sum(axis=(0, 1)) / weight.sum(), rtol=1e-6)
+    np.testing.assert_allclose(coarse.image[2, 4], (block * weight).sum((0, 1)) / weight.sum((0, 1)), rtol=1e-6)
     (part,) = coarse.parts
     samples = part.samples
     assert (float(samples.column[14]), float(samples.row[14]), float(samples.side)) == (22.5, 7.5, 5.0)
@@ -119,7 +119,7 @@ def test_off_a_bound_is_inside_it():
 @pytest.fixture
 def small_parts(monkeypatch):
     """Small pictures in as many passes as large ones have."""
-    monkeypatch.setattr("fitting._fit.PART_PIXELS", 48 * 36 // 8)
+    monkeypatch.setattr("fitting.problem._build.PART_PIXELS", 48 * 36 // 8)
     monkeypatch.setattr(_stages, "LEAST_SAMPLES", 48)
 
 

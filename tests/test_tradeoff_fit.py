@@ -87,7 +87,7 @@ def test_the_truth_is_found_where_the_picture_is_true_and_missed_where_it_is_not
     by_text = {str(p.settings): p for p in fits.points}
     assert set(by_text) == {"depth 5, 1 point", "depth 5, 2 x 2 points"}
     true, false = by_text["depth 5, 2 x 2 points"], by_text["depth 5, 1 point"]
-    assert true.converged and true.largest < 1e-5 < 1e-3 < false.largest
+    assert true.converged and true.largest < 1e-5 < 1e-4 < false.largest
     assert [c.truth for c in true.coefficients] == pytest.approx([0.2, 0.6, 20]) and true.covered == 3
     assert [c.value for c in true.coefficients] == pytest.approx([0.2, 0.6, 20], rel=1e-4)
     assert true.on_front and fits.recommended is true and fits.default == false.settings
@@ -95,21 +95,19 @@ def test_the_truth_is_found_where_the_picture_is_true_and_missed_where_it_is_not
 
 
 def test_fits_start_from_the_middle_of_the_bounds_but_for_what_is_given(fits):
-    assert fits.start == pytest.approx({"ball.k_a": 0.5, "ball.k_d": 0.4, "ball.phong_exponent": 1000**0.5}, rel=1e-5)
+    assert fits.start == pytest.approx({"ball.k_a": 0.5, "ball.k_d": 0.4, "ball.phong_exponent": 1e6**0.5}, rel=1e-5)
 
 
 def test_errors_are_shares_of_the_bounds_in_the_scale_of_the_fit(scene, fits):
     unknowns = list_unknowns(scene, FREE)
-    shares = Bounds(unknowns).shares(jnp.asarray([0.25, 1.0, 1000**0.25]))
+    shares = Bounds(unknowns).shares(jnp.asarray([0.25, 1.0, 1e6**0.25]))
     np.testing.assert_allclose(shares, [0.25, 1.0, 0.25], atol=1e-6)
     for point in fits.points:
         assert point.largest == max(c.of_bounds for c in point.coefficients)
         for c in point.coefficients[:2]:
             assert c.of_bounds == pytest.approx(c.error, abs=1e-6) and c.error == abs(c.value - c.truth)
         exponent = point.coefficients[2]
-        assert exponent.of_bounds == pytest.approx(
-            abs(np.log(exponent.value / exponent.truth)) / np.log(1000), abs=1e-6
-        )
+        assert exponent.of_bounds == pytest.approx(abs(np.log(exponent.value / exponent.truth)) / np.log(1e6), abs=1e-6)
 
 
 @pytest.mark.parametrize("truth, share", [(0.6, 0.5), (0.45, 0.5), (0.3, 2.0), (0.5, 0.0)])

@@ -46,12 +46,30 @@ def is_structured(views: tuple[FitView, ...], noises: tuple[np.ndarray | None, .
         sum(3 * int((view.weight > 0).sum()) for view in views),
     )
     if noises[0] is not None and count > unknowns:
-        size = sum(float((z**2).sum()) for z in scaled) / used * count / (count - unknowns)
+        size = _times_noise(scaled, used, count, unknowns)
         if size < TWICE**-2:
             return False
-        if size > TWICE**2 and size - 1 > CLEARLY * (2 / (count - unknowns)) ** 0.5:
+        if _is_loud(size, count, unknowns):
             return True
     return neighbours_agree(scaled)
+
+
+def times_the_noise(views: tuple[FitView, ...], noises: tuple[np.ndarray | None, ...], unknowns: int) -> float:
+    """How many times a given noise the residual is (RMS), where that is clearly more than twice; else 0."""
+    scaled = [_scaled(view, noise) for view, noise in zip(views, noises, strict=True)]
+    used = sum(float(view.weight.sum()) * 3 for view in views)
+    count = sum(3 * int((view.weight > 0).sum()) for view in views)
+    size = _times_noise(scaled, used, count, unknowns) if count > unknowns else 0.0
+    return size**0.5 if _is_loud(size, count, unknowns) else 0.0
+
+
+def _times_noise(scaled: Sequence[np.ndarray], used: float, count: int, unknowns: int) -> float:
+    """The mean square of residuals in units of the noise, for the degrees of freedom."""
+    return sum(float((z**2).sum()) for z in scaled) / used * count / (count - unknowns)
+
+
+def _is_loud(size: float, count: int, unknowns: int) -> bool:
+    return size > TWICE**2 and size - 1 > CLEARLY * (2 / (count - unknowns)) ** 0.5
 
 
 def neighbours_agree(standard: Sequence[np.ndarray]) -> bool:

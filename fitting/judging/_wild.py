@@ -32,7 +32,9 @@ def wild_of(
     """Which pixels of each target are wild, (height, width), and by how many deviations all are off."""
     residual = [np.abs(p - t.image) for p, t in zip(pictures, targets, strict=True)]
     used = [t.mask > 0 for t in targets]
-    bright = max(float(np.percentile(np.abs(t.image[where]), 99)) for t, where in zip(targets, used, strict=True))
+    bright = max(
+        float(np.percentile(np.abs(t.image[where]), 99)) for t, where in zip(targets, used, strict=True) if where.any()
+    )
     rounding = RESOLVED * eps * max(bright, 1e-30)
     everything = np.concatenate([r[where].ravel() for r, where in zip(residual, used, strict=True)])
     # Where nothing is to be seen there is nothing to be off by.
@@ -65,6 +67,9 @@ def absurd(targets: Sequence[CheckedTarget]) -> list[np.ndarray] | None:
     found = []
     for t in targets:
         size = np.abs(t.image).max(axis=-1)
+        if not (t.mask > 0).any():
+            found.append(np.zeros(t.mask.shape, bool))
+            continue
         bright = float(np.percentile(size[t.mask > 0], 99 * (1 - FEW)))
         found.append((size > ABSURD * max(bright, 1e-30)) & (t.mask > 0) & (bright > 0))
     return found if any(f.any() for f in found) else None

@@ -49,7 +49,9 @@ def reweighed(
     def of_used(pictures: Sequence[np.ndarray]) -> np.ndarray:
         return np.concatenate([picture[where] for picture, where in zip(pictures, used, strict=True)])
 
-    brightest = max(float(np.percentile(abs(t.image[where]), 99)) for t, where in zip(targets, used, strict=True))
+    brightest = max(
+        float(np.percentile(abs(t.image[where]), 99)) for t, where in zip(targets, used, strict=True) if where.any()
+    )
     scale = max(robust_scale(of_used(z)), eps * brightest / first.unit)
     slope: Callable[[np.ndarray], np.ndarray] = lambda standard: weights_of(loss, standard)[1]  # noqa: E731
     weights = [np.maximum(weights_of(loss, part / scale)[0], LEAST) for part in z]
