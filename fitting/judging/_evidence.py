@@ -19,6 +19,10 @@ from ..problem._target import CheckedTarget
 
 BLOCKS = (8, 16, 32)
 """Sides of square groups of pixels."""
+LARGE, TOGETHER = 6.0, (2, 3, 4)
+"""Where an error by pieces is so many times that of independent residuals, pieces are left out up to four at a time
+too.
+"""
 MOST_LOST = 2.0
 """A piece without which the variance of a coefficient is more times what it was counts as if it were so many times."""
 SECTORS = 12
@@ -93,6 +97,11 @@ def robust_errors(found: Evidence, correlated: bool) -> dict[str, np.ndarray]:
     if correlated:
         errors |= {f"blocks of {side}": error(inverse @ sandwich(found, side) @ inverse) for side in BLOCKS}
         errors["pieces"] = error(jackknife(found))
+        # What is wrong in so large a way is wrong over larger pieces too.
+        with np.errstate(all="ignore"):
+            ratio = np.nanmax(errors["pieces"] / errors["sizes"], initial=0)
+        if ratio > LARGE:
+            errors |= {f"{n} pieces as one": error(jackknife(found, n)) for n in TOGETHER}
     return errors
 
 
@@ -122,25 +131,26 @@ def sandwich(found: Evidence, side: int) -> np.ndarray:
     return total * groups / max(groups - len(found.gram), 1) + found.prior * found.noise**2
 
 
-def jackknife(found: Evidence) -> np.ndarray:
+def jackknife(found: Evidence, together: int = 1) -> np.ndarray:
     """The covariance, (p, p), by leaving out one piece after another: (n - 1)/n times the sum of squares of what that
-    changes.
+    changes. `together`: so many neighbouring pieces are one.
     """
-    scores = np.zeros((len(found.grams), len(found.gram)))
+    grams = found.grams.reshape(-1, together, *found.gram.shape).sum(axis=1)
+    scores = np.zeros((len(grams), len(found.gram)))
     for score, piece in zip(found.scores, found.pieces, strict=True):
-        np.add.at(scores, piece.ravel(), score.reshape(-1, score.shape[-1]))
+        np.add.at(scores, piece.ravel() // together, score.reshape(-1, score.shape[-1]))
     scale = np.sqrt(np.maximum(np.diagonal(found.gram), 1e-300))
 
     def inverse_of(gram: np.ndarray) -> np.ndarray:
         return np.linalg.pinv(gram / np.outer(scale, scale), rcond=1e-7, hermitian=True)
 
     whole, changes = np.diagonal(inverse_of(found.gram)), []
-    for gram, score in zip(found.grams, scores, strict=True):
+    for gram, score in zip(grams, scores, strict=True):
         rest = inverse_of(found.gram - gram)
         # What hardly anything but this piece tells of changes by its noise alone: count no more than twice that.
         lost = np.divide(np.diagonal(rest), whole, out=np.ones_like(whole), where=whole > 0)
         changes.append(rest @ (score / scale) / scale * np.minimum(1, (MOST_LOST / np.maximum(lost, 1e-300)) ** 0.5))
-    used = np.array([bool(np.any(gram)) for gram in found.grams])
+    used = np.array([bool(np.any(gram)) for gram in grams])
     spread = np.stack(changes)[used]
     spread = spread - spread.mean(axis=0)
     return (len(spread) - 1) / max(len(spread), 1) * spread.T @ spread
