@@ -64,6 +64,9 @@ def pytest_collection_modifyitems(items):
         return SLOW.index(item.path.stem) if item.path.stem in SLOW else len(SLOW)
 
     for item in items:
+        if item.path.stem != "test_notes":
+            # Scenes of tests are odd on purpose.
+            item.add_marker(pytest.mark.filterwarnings("ignore::diffwhitted._errors.SceneNote"), append=False)
         if item.path.stem in SLOW:
             item.add_marker(pytest.mark.slow)
     items.sort(key=place)

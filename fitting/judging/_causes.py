@@ -19,6 +19,8 @@ from ..problem._target import CheckedTarget
 
 WORTH = 0.3
 """A cause is named where it would remove at least this share of what is left over."""
+ENOUGH = 0.6
+"""Where a mistake in the picture explains so much, none is looked for in the scene."""
 OTHER = {"halfway": "reflected", "reflected": "halfway"}
 FEW = 0.005
 """Share of the pixels that are looked at as wild."""
@@ -44,7 +46,9 @@ def causes(
     `left_of`: the RMS (in units of the weights) that a few steps of another scene leave; None where it cannot be
     fitted.
     """
-    tried = [*_of_pictures(problem, targets, values), *_of_scenes(scene, problem, targets, values, left_of)]
+    tried = list(_of_pictures(problem, targets, values))
+    if max((cause.removed for cause in tried), default=0.0) < ENOUGH:
+        tried += _of_scenes(scene, problem, targets, values, left_of)
     return tuple(sorted((c for c in tried if c.removed >= WORTH), key=lambda c: -c.removed))
 
 

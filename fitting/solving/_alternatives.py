@@ -17,9 +17,9 @@ from ._sampling import SIDE
 from ._settling import Settled
 from ._solve import solve
 
-STEPS = 12
-NARROWER = (1.0, 4.0, 0.25)
-"""A highlight of the other kind is as wide with about four times, or a fourth of, the exponent."""
+STEPS = 8
+NARROWER = {"halfway": 4.0, "reflected": 0.25}
+"""A highlight of this kind is as wide as one of the other with so many times its exponent."""
 
 
 def likely_causes(
@@ -46,14 +46,20 @@ def likely_causes(
         side = SIDE if end.sampling == "pixel" else 1
         problem, _ = build(other, targets, names, tied(mine, None), values, side, max_depth, footprint)
         problem = weighed(problem, targets, end.weighing)
-        starts = [_with_exponents(mine, values, factor) for factor in NARROWER]
-        return min(float(np.sqrt(2 * solve(problem, start, max_steps=STEPS).loss)) for start in starts)
+        start = _with_exponents(mine, values, scene, other)
+        return float(np.sqrt(2 * solve(problem, start, max_steps=STEPS).loss))
 
     return causes(scene, end.problem, targets, values, left_of)
 
 
-def _with_exponents(unknowns: tuple[Unknown, ...], values: np.ndarray, factor: float) -> np.ndarray:
-    """The values with the exponents times a factor, within their bounds."""
+def _with_exponents(unknowns: tuple[Unknown, ...], values: np.ndarray, scene: Scene, other: Scene) -> np.ndarray:
+    """The values, with the exponents of highlights of another kind as wide as they were, within their bounds."""
+
+    def factor(unknown: Unknown) -> float:
+        if unknown.row.name != "phong_exponent":
+            return 1.0
+        before, now = (s.materials[unknown.parameter.owner].highlight for s in (scene, other))
+        return 1.0 if before == now else NARROWER.get(now, 1.0)
+
     low, high = np.asarray([u.bounds for u in unknowns], np.float64).T
-    factors = [factor if u.row.name == "phong_exponent" else 1.0 for u in unknowns]
-    return np.clip(values * factors, low, high)
+    return np.clip(values * [factor(u) for u in unknowns], low, high)
