@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from ..._errors import SceneError
-from ...image import ImageError, read_image
 from ...scene import Camera
 from ._names import names_of
 
@@ -118,6 +117,8 @@ def _pose(place: str, matrix) -> np.ndarray:
 
 def _size_of(folder: Path, picture: str, place: str) -> tuple[int, int]:
     """Width and height of a picture, which the file leaves out."""
+    from ...image import ImageError, read_image  # slow to import, and most files state the size
+
     for suffix in SUFFIXES:
         path = folder / f"{picture}{suffix}"
         if path.is_file():
