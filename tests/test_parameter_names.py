@@ -47,7 +47,7 @@ def test_a_corner_does_not_leave_the_plane_of_its_polygon():
         ("glazed.phong_exponent.r", ["it is one number"]),
         ("glased.k_d", ["no material 'glased'", "Did you mean 'glazed'?"]),
         ("glazed.k_q", ["no coefficient 'k_q'"]),
-        ("k_d", ["MATERIAL.COEFFICIENT", "light, object, camera, texture, scene, background"]),
+        ("k_d", ["MATERIAL.COEFFICIENT", "light, object, camera, texture, shot, scene, background"]),
     ],
 )
 def test_a_wrong_name_is_told_the_nearest(name, words):

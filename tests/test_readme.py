@@ -73,6 +73,7 @@ def test_readme_shows_every_command():
         "derivative",
         "explain",
         "fit",
+        "identify",
         "parameters",
         "render",
         "schema",

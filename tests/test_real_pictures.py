@@ -92,7 +92,6 @@ def test_eight_bits_with_noise_have_intervals_that_hold(tmp_path, noise):
 
 
 MISTAKES = {
-    'highlight = "reflected"': lambda: picture(highlight="reflected"),
     "upside down": lambda: picture()[::-1],
     "left to right": lambda: picture()[:, ::-1],
     "shifted by a pixel down": lambda: np.roll(picture(), 1, axis=0),
