@@ -10,7 +10,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from diffwhitted._errors import FarFromOrigin
-from diffwhitted.image import gathered
 from diffwhitted.records import changed
 from diffwhitted.scene import Scene, depth_number, is_traced, near, whole_number
 from diffwhitted.tree import decide_effects, points_only, trees_or_points
@@ -34,6 +33,7 @@ from .problem._sought import Wishes, sought
 from .problem._sums import require_start
 from .problem._target import CheckedTarget, as_targets
 from .problem._unknowns import Unknown, insert, start_values
+from .problem._whole_pictures import shown_by
 from .solving._alternatives import likely_causes
 from .solving._robust import LOSSES
 from .solving._settling import Settled, settle
@@ -182,9 +182,8 @@ def fit(
 def _wild(targets: tuple[CheckedTarget, ...], end: Settled) -> tuple[WildPixel, ...]:
     """The wild pixels of the targets as they were given."""
     left_out = [(t.mask > 0) & (used.mask == 0) for t, used in zip(targets, end.targets, strict=True)]
-    films = zip(end.solution.films, targets, strict=True)
-    pictures = [np.asarray(gathered(film, *t.mask.shape), np.float64) for film, t in films]
-    return wild_pixels(targets, left_out, pictures, float(jnp.finfo(end.problem.scene.dtype).eps))
+    eps = float(jnp.finfo(end.problem.scene.dtype).eps)
+    return wild_pixels(targets, left_out, shown_by(targets, end.solution.films), eps)
 
 
 def require_no_places(unknowns) -> None:

@@ -14,8 +14,10 @@ from diffwhitted.image import decode_signal, encode_signal
 from diffwhitted.records import changed
 from diffwhitted.scene import Scene
 
-from ..problem._problem import Problem, pass_rows
+from ..problem._problem import Problem
 from ..problem._target import CheckedTarget
+from ..problem._whole_pictures import whole_rows
+from ._normal import normal_inverse
 
 WORTH = 0.3
 """A cause is named where it would remove at least this share of what is left over."""
@@ -63,17 +65,11 @@ class _Look:
 
 
 def _looks(problem: Problem, targets: Sequence[CheckedTarget], values: np.ndarray) -> list[_Look]:
-    asked, count, found = problem.asked(values), len(problem.unknowns), []
-    for view, target in zip(problem.views, targets, strict=True):
-        names = asked.columns_of(view.parts[0])
-        mine = [k for k, name in enumerate(names) if name >= 0]
-        passes = list(pass_rows(asked, view, lambda rows: np.asarray(rows)))
-        rows = np.stack([rows.reshape(-1, rows.shape[-1]) for rows, _ in passes])
-        picture = np.asarray(view.picture(rows), np.float64).reshape(*target.mask.shape, -1, 3)
-        jacobian = np.zeros((*target.mask.shape, 3, count))
-        jacobian[..., [names[k] for k in mine]] = np.moveaxis(picture[:, :, mine], 2, 3)
-        shown = np.asarray(view.picture(np.stack([seen for _, seen in passes])), np.float64)
-        found.append(_Look(jacobian, shown, np.asarray(view.weight, np.float64), target.image.astype(np.float64)))
+    found = []
+    for rows, target in zip(whole_rows(problem, values), targets, strict=True):
+        jacobian = problem.joined(np.moveaxis(rows.columns, 2, 0).astype(np.float64), rows.numbers)
+        weight = np.asarray(rows.view.weight, np.float64)
+        found.append(_Look(np.moveaxis(jacobian, 0, -1), rows.shown, weight, target.image.astype(np.float64)))
     return found
 
 
@@ -90,9 +86,8 @@ def _left(looks: Sequence[_Look], change: Callable[[np.ndarray], np.ndarray], fa
             rows = np.concatenate([rows, (look.shown * look.weight).reshape(-1, 1)], axis=1)
         gram, right = gram + rows.T @ rows, right + rows.T @ residual
         square, size = square + residual @ residual, size + np.sum((target * look.weight) ** 2)
-    scale = np.sqrt(np.maximum(np.diagonal(gram), 1e-300))
-    step = np.linalg.pinv(gram / np.outer(scale, scale), rcond=1e-9, hermitian=True) @ (right / scale)
-    return float(np.sqrt(max(square - step @ (right / scale), 0.0) / max(size, 1e-300)))
+    explained = right @ normal_inverse(np.asarray(gram), 1e-9) @ right
+    return float(np.sqrt(max(square - explained, 0.0) / max(size, 1e-300)))
 
 
 def _of_pictures(problem: Problem, targets: Sequence[CheckedTarget], values: np.ndarray) -> Iterator[Cause]:

@@ -16,6 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ._normal import normal_inverse
+
 STEPS = 40
 VIOLATED = 64
 """So many of the constraints that are violated most are added at a time."""
@@ -132,7 +134,7 @@ def _most_likely(cells: Cells, shape: np.ndarray) -> Censored:
         sigma = np.hypot(share * shape, cells.slack)
         score, information, _ = _likelihood(cells, change, sigma)
         gram = (cells.jacobian * (information * cells.weight)[:, None]).T @ cells.jacobian
-        step = _solve(gram, cells.jacobian.T @ (score * cells.weight))
+        step = _inverse(gram) @ (cells.jacobian.T @ (score * cells.weight))
         change = change + step
         # The noise by the mean square of the hidden values about the model (EM).
         score, information, _ = _likelihood(cells, change, sigma)
@@ -173,14 +175,5 @@ def _likelihood(cells: Cells, change: np.ndarray, sigma: np.ndarray):
     return first, np.maximum(second, 0), log_mass
 
 
-def _scale(gram: np.ndarray) -> np.ndarray:
-    return np.sqrt(np.maximum(np.diagonal(gram), 1e-300))
-
-
 def _inverse(gram: np.ndarray) -> np.ndarray:
-    scale = np.outer(_scale(gram), _scale(gram))
-    return np.linalg.pinv(gram / scale, rcond=1e-9, hermitian=True) / scale
-
-
-def _solve(gram: np.ndarray, right: np.ndarray) -> np.ndarray:
-    return _inverse(gram) @ right
+    return normal_inverse(gram, 1e-9)

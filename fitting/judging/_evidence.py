@@ -14,8 +14,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..problem._problem import Problem, pass_rows
+from ..problem._problem import Problem
 from ..problem._target import CheckedTarget
+from ..problem._whole_pictures import whole_rows
+from ._normal import normal_inverse
 
 BLOCKS = (8, 16, 32)
 """Sides of square groups of pixels."""
@@ -51,22 +53,15 @@ class Evidence:
 
 def evidence(problem: Problem, targets: Sequence[CheckedTarget], values: np.ndarray, noise: float) -> Evidence:
     """At these coefficients, one look at all pixels."""
-    count, asked, first = len(problem.unknowns), problem.asked(values), 0
+    count, first = len(problem.unknowns), 0
     scores, pieces, grams = [], [], []
-    for view, target in zip(problem.views, targets, strict=True):
-        names = asked.columns_of(view.parts[0])
-        mine = [k for k, name in enumerate(names) if name >= 0]
-        found = list(pass_rows(asked, view, lambda rows: np.asarray(rows)))
-        # The rows of all pixels, (height, width, columns, 3), which fit the memory target by target.
-        rows = np.stack([rows.reshape(-1, rows.shape[-1]) for rows, _ in found])
-        picture = np.asarray(view.picture(rows)).reshape(*target.mask.shape, -1, 3)
-        jacobian, residual = picture[:, :, mine], picture[:, :, -1:]
-        score = np.moveaxis((jacobian * residual).sum(axis=-1), -1, 0).astype(np.float64)
-        numbers = [names[k] for k in mine]
+    for rows, target in zip(whole_rows(problem, values), targets, strict=True):
+        jacobian, numbers = rows.columns, rows.numbers
+        score = np.moveaxis((jacobian * rows.residual).sum(axis=-1), -1, 0).astype(np.float64)
         piece = _sectors(np.abs(jacobian).sum(axis=(2, 3)) * (target.mask > 0))
         gram = np.zeros((SECTORS, count, count))
         for number in range(SECTORS):
-            part = jacobian[piece == number].transpose(1, 0, 2).reshape(len(mine), -1).astype(np.float64)
+            part = jacobian[piece == number].transpose(1, 0, 2).reshape(len(numbers), -1).astype(np.float64)
             part = problem.joined(part, numbers)
             gram[number] = part @ part.T
         scores.append(np.moveaxis(problem.joined(score, numbers), 0, -1))
@@ -87,8 +82,7 @@ def robust_errors(found: Evidence, correlated: bool) -> dict[str, np.ndarray]:
     """Standard errors (p,) by what they allow for: residuals of any size, residuals that go along with their
     neighbours', a model that is wrong over whole objects.
     """
-    scale = np.sqrt(np.maximum(np.diagonal(found.gram), 1e-300))
-    inverse = np.linalg.pinv(found.gram / np.outer(scale, scale), rcond=1e-9, hermitian=True) / np.outer(scale, scale)
+    inverse = normal_inverse(found.gram, 1e-9)
 
     def error(covariance: np.ndarray) -> np.ndarray:
         return np.sqrt(np.maximum(np.diagonal(covariance), 0))
@@ -139,17 +133,12 @@ def jackknife(found: Evidence, together: int = 1) -> np.ndarray:
     scores = np.zeros((len(grams), len(found.gram)))
     for score, piece in zip(found.scores, found.pieces, strict=True):
         np.add.at(scores, piece.ravel() // together, score.reshape(-1, score.shape[-1]))
-    scale = np.sqrt(np.maximum(np.diagonal(found.gram), 1e-300))
-
-    def inverse_of(gram: np.ndarray) -> np.ndarray:
-        return np.linalg.pinv(gram / np.outer(scale, scale), rcond=1e-7, hermitian=True)
-
-    whole, changes = np.diagonal(inverse_of(found.gram)), []
+    whole, changes = np.diagonal(normal_inverse(found.gram, 1e-7)), []
     for gram, score in zip(grams, scores, strict=True):
-        rest = inverse_of(found.gram - gram)
+        rest = normal_inverse(found.gram - gram, 1e-7, like=found.gram)
         # What hardly anything but this piece tells of changes by its noise alone: count no more than twice that.
         lost = np.divide(np.diagonal(rest), whole, out=np.ones_like(whole), where=whole > 0)
-        changes.append(rest @ (score / scale) / scale * np.minimum(1, (MOST_LOST / np.maximum(lost, 1e-300)) ** 0.5))
+        changes.append(rest @ score * np.minimum(1, (MOST_LOST / np.maximum(lost, 1e-300)) ** 0.5))
     used = np.array([bool(np.any(gram)) for gram in grams])
     spread = np.stack(changes)[used]
     spread = spread - spread.mean(axis=0)

@@ -13,6 +13,7 @@ from diffwhitted.scene import Scene
 from ..problem._colour import is_grey
 from ..problem._problem import Problem, pass_rows
 from ..problem._target import CheckedTarget
+from ._normal import normal_inverse
 
 CLEARLY = 6.0
 """Standard errors between two channels that do not agree."""
@@ -39,10 +40,9 @@ def grey_only(scene: Scene, problem: Problem, targets: Sequence[CheckedTarget], 
     noise = (left / max(sum(3 * int((t.mask > 0).sum()) for t in targets) - count, 1)) ** 0.5
     steps, errors = np.zeros((3, count)), np.zeros((3, count))
     for channel in range(3):
-        scale = np.sqrt(np.maximum(np.diagonal(gram[channel]), 1e-300))
-        inverse = np.linalg.pinv(gram[channel] / np.outer(scale, scale), rcond=1e-6, hermitian=True)
-        steps[channel] = -inverse @ (score[channel] / scale) / scale
-        errors[channel] = noise * np.sqrt(np.maximum(np.diagonal(inverse), 0)) / scale
+        inverse = normal_inverse(gram[channel], 1e-6)
+        steps[channel] = -inverse @ score[channel]
+        errors[channel] = noise * np.sqrt(np.maximum(np.diagonal(inverse), 0))
     apart, error = np.ptp(steps, axis=0), np.sqrt((errors**2).sum(axis=0))
     matters = MATTERS * np.maximum(abs(values), MATTERS)
     return tuple(problem.unknowns[i].name for i in grey if apart[i] > max(CLEARLY * error[i], matters[i]))

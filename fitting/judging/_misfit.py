@@ -41,35 +41,29 @@ def is_structured(views: tuple[FitView, ...], noises: tuple[np.ndarray | None, .
     Where a noise is given and the residual is far below it, structure in the residual does not matter.
     """
     scaled = [_scaled(view, noise) for view, noise in zip(views, noises, strict=True)]
-    used, count = (
-        sum(float(view.weight.sum()) * 3 for view in views),
-        sum(3 * int((view.weight > 0).sum()) for view in views),
-    )
-    if noises[0] is not None and count > unknowns:
-        size = _times_noise(scaled, used, count, unknowns)
-        if size < TWICE**-2:
-            return False
-        if _is_loud(size, count, unknowns):
-            return True
+    if noises[0] is not None:
+        size, loud = _beside_noise(views, scaled, unknowns)
+        if loud or size < TWICE**-2:
+            return loud
     return neighbours_agree(scaled)
 
 
 def times_the_noise(views: tuple[FitView, ...], noises: tuple[np.ndarray | None, ...], unknowns: int) -> float:
     """How many times a given noise the residual is (RMS), where that is clearly more than twice; else 0."""
-    scaled = [_scaled(view, noise) for view, noise in zip(views, noises, strict=True)]
+    size, loud = _beside_noise(views, [_scaled(v, n) for v, n in zip(views, noises, strict=True)], unknowns)
+    return size**0.5 if loud else 0.0
+
+
+def _beside_noise(views: Sequence[FitView], scaled: Sequence[np.ndarray], unknowns: int) -> tuple[float, bool]:
+    """The mean square of residuals in units of the noise, for the degrees of freedom, and whether that is clearly more
+    than twice the noise; 1 where there are no degrees of freedom.
+    """
     used = sum(float(view.weight.sum()) * 3 for view in views)
     count = sum(3 * int((view.weight > 0).sum()) for view in views)
-    size = _times_noise(scaled, used, count, unknowns) if count > unknowns else 0.0
-    return size**0.5 if _is_loud(size, count, unknowns) else 0.0
-
-
-def _times_noise(scaled: Sequence[np.ndarray], used: float, count: int, unknowns: int) -> float:
-    """The mean square of residuals in units of the noise, for the degrees of freedom."""
-    return sum(float((z**2).sum()) for z in scaled) / used * count / (count - unknowns)
-
-
-def _is_loud(size: float, count: int, unknowns: int) -> bool:
-    return size > TWICE**2 and size - 1 > CLEARLY * (2 / (count - unknowns)) ** 0.5
+    if count <= unknowns:
+        return 1.0, False
+    size = sum(float((z**2).sum()) for z in scaled) / used * count / (count - unknowns)
+    return size, size > TWICE**2 and size - 1 > CLEARLY * (2 / (count - unknowns)) ** 0.5
 
 
 def neighbours_agree(standard: Sequence[np.ndarray]) -> bool:

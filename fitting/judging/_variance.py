@@ -2,10 +2,10 @@
 
 The variance of a residual is a sum of known shapes with unknown sizes,
 
-    sigma^2 = theta_0 + theta_1 * value + theta_2 * spread + width^2 / 12,
+    sigma^2 = theta_0 + theta_1 * value + theta_2 * spread,
 
-where `value` is what the picture shows (Poisson), `spread` the variance of the samples within a pixel (edges, of which
-n x n points know the area only nearly), and `width` that of a code (known). The sizes maximise the likelihood of the
+where `value` is what the picture shows (Poisson) and `spread` how much the samples within a pixel vary beyond a smooth
+course (edges, of which n x n points know the area only nearly). The sizes maximise the likelihood of the
 residuals, by an update that keeps them positive and never lowers it (MM for variance components: Zhou, Hu, Zhou and
 Lange 2019, equation 8):
 
@@ -33,45 +33,43 @@ class Variance:
 
     def of(self, shapes: dict[str, np.ndarray]) -> np.ndarray:
         """sigma^2, where these are the shapes."""
-        known = shapes.get("known", np.zeros(1))
-        return known + np.sum([size * shapes[name] for name, size in self.sizes.items()], axis=0)
+        return np.sum([size * shapes[name] for name, size in self.sizes.items()], axis=0)
 
     @property
     def is_even(self) -> bool:
-        """Is it the same everywhere, apart from what is known?"""
+        """Is it the same everywhere?"""
         return set(self.sizes) == {"even"}
 
 
 def variance_of(residual: np.ndarray, shapes: dict[str, np.ndarray], floor: float) -> Variance:
     """The sizes that the residuals (n,) ask for, from those shapes (n,) that they ask for clearly.
 
-    `shapes`: "even" (ones), then others in the order in which they are tried, and "known", which is no unknown.
-    `floor`: least value of sigma^2, of the arithmetic.
+    `shapes`: "even" (ones), then others in the order in which they are tried. `floor`: least value of sigma^2, of
+    the arithmetic.
     """
     step = max(1, len(residual) // LARGEST_SAMPLE)
     square = residual[::step].astype(np.float64) ** 2
     mine = {name: np.asarray(shape[::step], np.float64) for name, shape in shapes.items()}
-    known = mine.pop("known", np.zeros(1)) + floor
     chosen, best = ["even"], None
     for name in list(mine):
         trial = list(dict.fromkeys([*chosen, name]))
-        sizes, gain = _fitted(square, [mine[k] for k in trial], known)
+        sizes, gain = _fitted(square, [mine[k] for k in trial], floor)
         if best is None or gain > best[1] + CLEARLY:
             chosen, best = trial, (sizes, gain)
     assert best is not None
     return Variance(dict(zip(chosen, best[0], strict=True)))
 
 
-def _fitted(square: np.ndarray, shapes: list[np.ndarray], known: np.ndarray) -> tuple[list[float], float]:
+def _fitted(square: np.ndarray, shapes: list[np.ndarray], floor: float) -> tuple[list[float], float]:
     """The sizes, and twice the log-likelihood without its constant, halved."""
     stack = np.stack(shapes)
     middle = max(float(np.median(square)) / 0.455, 1e-300)
     sizes = np.array([middle / len(shapes) / max(float(shape.mean()), 1e-300) for shape in stack])
     for _ in range(STEPS):
-        total = sizes @ stack + known
+        total = sizes @ stack + floor
         within = np.minimum(square, WILD**2 * total)
         upper, lower = stack @ (within / total**2), stack @ (1 / total)
         sizes = sizes * np.sqrt(np.divide(upper, lower, out=np.ones_like(upper), where=lower > 0))
-    total = sizes @ stack + known
+    total = sizes @ stack + floor
     within = np.minimum(square, WILD**2 * total)
     return sizes.tolist(), -0.5 * float(np.sum(np.log(total) + within / total))

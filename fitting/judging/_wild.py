@@ -10,6 +10,7 @@ import numpy as np
 
 from .._result import WildPixel
 from ..problem._target import CheckedTarget
+from ..problem._whole_pictures import brightness, of_used
 
 BEYOND = 8.0
 """Robust standard deviations."""
@@ -32,11 +33,8 @@ def wild_of(
     """Which pixels of each target are wild, (height, width), and by how many deviations all are off."""
     residual = [np.abs(p - t.image) for p, t in zip(pictures, targets, strict=True)]
     used = [t.mask > 0 for t in targets]
-    bright = max(
-        float(np.percentile(np.abs(t.image[where]), 99)) for t, where in zip(targets, used, strict=True) if where.any()
-    )
-    rounding = RESOLVED * eps * max(bright, 1e-30)
-    everything = np.concatenate([r[where].ravel() for r, where in zip(residual, used, strict=True)])
+    rounding = RESOLVED * eps * max(brightness(targets), 1e-30)
+    everything = of_used(targets, residual)
     # Where nothing is to be seen there is nothing to be off by.
     told = everything[everything > rounding]
     scale = max(MEDIAN * float(np.median(told)) if 2 * len(told) > len(everything) ** 0.5 else 0.0, rounding)

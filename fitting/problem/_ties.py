@@ -66,11 +66,6 @@ def tied(unknowns: tuple[Unknown, ...], ties: Mapping[str, str | tuple[float, st
     return Ties(unknowns, tuple(leaders[i] for i in kept), matrix)
 
 
-def followers_of(ties: Mapping[str, str | tuple[float, str]] | None) -> tuple[str, ...]:
-    """The names of what follows, which is free with what it follows."""
-    return tuple(ties or ())
-
-
 def _factor(name: str, given) -> tuple[float, str]:
     """From "leader", "0.5*leader" or (0.5, "leader")."""
     factor, leader = given if isinstance(given, tuple) and len(given) == 2 else ("1", given)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Float
 
 from diffwhitted.image import dealt, gathered
 from diffwhitted.scene import Marks
@@ -151,11 +151,6 @@ def reweighted(view: View, weight: np.ndarray) -> View:
     each = dealt(jnp.asarray(weight, view.parts[0].weight.dtype), view.passes, plan.pass_pixels)
     parts = tuple(replace(part, weight=each[n % view.passes]) for n, part in enumerate(view.parts))
     return replace(view, parts=parts, weight=weight)
-
-
-def free_of(parts: tuple[Part, ...]) -> Int[Array, "m"]:
-    """The unknowns on which a view's parts depend, by number."""
-    return parts[0].sight.free
 
 
 def at_places(view: View, places: Float[Array, "places 2"]) -> View:

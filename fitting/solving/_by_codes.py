@@ -7,8 +7,9 @@ import numpy as np
 
 from ..judging._codes import Cells, bounds_of_polytope, most_likely, standardised
 from ..judging._identifiability import QUANTILE
-from ..problem._problem import Problem, factorise, pass_rows
+from ..problem._problem import Problem, factorise
 from ..problem._target import CheckedTarget
+from ..problem._whole_pictures import whole_rows
 from ..problem._within import within_pixels
 from ._estimating import bends_of
 
@@ -131,22 +132,16 @@ def _edges(
 
 def _cells(problem: Problem, targets: Sequence[CheckedTarget], values: np.ndarray) -> tuple[Cells, list[np.ndarray]]:
     """The rows of all pixels that count, and which these are in each target, (height, width, 3)."""
-    asked = problem.asked(values)
     eps = float(np.finfo(problem.scene.dtype).eps)
     jacobians, middles, lows, highs, weights, used = [], [], [], [], [], []
-    for view, target in zip(problem.views, targets, strict=True):
-        names = asked.columns_of(view.parts[0])
-        mine = [k for k, name in enumerate(names) if name >= 0]
-        passes = list(pass_rows(asked, view, lambda rows: np.asarray(rows)))
-        rows = np.stack([rows.reshape(-1, rows.shape[-1]) for rows, _ in passes])
-        picture = np.asarray(view.picture(rows), np.float64).reshape(*target.mask.shape, -1, 3)
-        model = np.asarray(view.picture(np.stack([seen for _, seen in passes])), np.float64)
-        where = np.broadcast_to((target.mask > 0)[..., None], model.shape)
-        jacobian = picture[:, :, mine].transpose(0, 1, 3, 2)[where] / view.weight[where][:, None]
+    for rows, target in zip(whole_rows(problem, values), targets, strict=True):
+        where = np.broadcast_to((target.mask > 0)[..., None], rows.shown.shape)
+        columns = rows.columns.transpose(0, 1, 3, 2)[where].astype(np.float64)
+        jacobian = columns / rows.view.weight[where][:, None]
         assert target.file is not None and target.file.cells is not None, "asked for by `by_codes`"
         low, high = target.file.cells
-        jacobians.append(problem.joined(jacobian.T, [names[k] for k in mine]).T)
-        middles.append(model[where])
+        jacobians.append(problem.joined(jacobian.T, rows.numbers).T)
+        middles.append(rows.shown[where])
         lows.append(low[where])
         highs.append(high[where])
         weights.append(np.full(len(jacobian), target.channels / 3))

@@ -2,12 +2,11 @@
 
 import numpy as np
 
-from diffwhitted.image import gathered
-
 from ..judging._variance import variance_of
 from ..problem._problem import Problem
 from ..problem._target import CheckedTarget
 from ..problem._weighing import Weighing
+from ..problem._whole_pictures import of_used, shown_by
 from ..problem._within import within_pixels
 from ._solve import Solution
 
@@ -21,24 +20,17 @@ def estimated(
     problem: Problem, targets: tuple[CheckedTarget, ...], weighing: Weighing, solution: Solution
 ) -> Weighing | None:
     """The deviations that the residuals show; None where they show that all are alike."""
-    shown = [
-        np.asarray(gathered(film, *t.image.shape[:2]), np.float64)
-        for t, film in zip(targets, solution.films, strict=True)
-    ]
+    shown = shown_by(targets, solution.films)
     spread = [
         within if within.any() else bends_of(picture) for within, picture in zip(
             within_pixels(problem, solution.values), shown, strict=True)
     ]  # fmt: skip
-    used = [np.broadcast_to((t.mask > 0)[..., None], t.image.shape) for t in targets]
-
-    def of_used(pictures) -> np.ndarray:
-        return np.concatenate([picture[where] for picture, where in zip(pictures, used, strict=True)])
-
-    residual = of_used([picture - t.image for picture, t in zip(shown, targets, strict=True)])
+    residual = of_used(targets, [picture - t.image for picture, t in zip(shown, targets, strict=True)])
     value = [np.maximum(picture, 0) for picture in shown]
-    shapes = {"even": np.ones(len(residual)), "edges": of_used(spread), "light": of_used(value)}
+    shapes = {"even": np.ones(len(residual)), "edges": of_used(targets, spread), "light": of_used(targets, value)}
     shapes = {name: shape for name, shape in shapes.items() if shape.any()}
-    floor = (float(np.finfo(problem.scene.dtype).eps) * float(np.abs(residual).max() + of_used(value).max())) ** 2
+    largest = float(np.abs(residual).max() + of_used(targets, value).max())
+    floor = (float(np.finfo(problem.scene.dtype).eps) * largest) ** 2
     variance = variance_of(residual, shapes, floor)
     if variance.is_even and not weighing.estimated:
         return None
@@ -46,7 +38,7 @@ def estimated(
         np.sqrt(variance.of({"even": np.ones_like(v), "edges": s, "light": v}) + floor)
         for v, s in zip(value, spread, strict=True)
     ]
-    standard = of_used([(p - t.image) / d for p, t, d in zip(shown, targets, deviations, strict=True)])
+    standard = of_used(targets, [(p - t.image) / d for p, t, d in zip(shown, targets, deviations, strict=True)])
     if np.mean(abs(standard) > FAR) < OFTEN:
         return Weighing(tuple(deviations), weighing.total, estimated=True)
     # Residuals with heavy tails weigh as those of Student's t do: less, the larger they are.

@@ -9,10 +9,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from diffwhitted.image import gathered
-
 from ..problem._target import CheckedTarget
 from ..problem._weighing import Weighing
+from ..problem._whole_pictures import brightness, of_used, shown_by
 from ._solve import Solution
 
 LOSSES: dict[str, float] = {"huber": 1.345, "cauchy": 2.385, "tukey": 4.685}
@@ -42,24 +41,16 @@ def reweighed(
     """The deviations by which residuals of this solution count as the loss says. `first`: the noise that was given, or
     a unit.
     """
-    shown = [np.asarray(gathered(f, *t.mask.shape), np.float64) for f, t in zip(solution.films, targets, strict=True)]
+    shown = shown_by(targets, solution.films)
     z = [(p - t.image) / d for p, t, d in zip(shown, targets, first.deviations, strict=True)]
-    used = [np.broadcast_to((t.mask > 0)[..., None], t.image.shape) for t in targets]
-
-    def of_used(pictures: Sequence[np.ndarray]) -> np.ndarray:
-        return np.concatenate([picture[where] for picture, where in zip(pictures, used, strict=True)])
-
-    brightest = max(
-        float(np.percentile(abs(t.image[where]), 99)) for t, where in zip(targets, used, strict=True) if where.any()
-    )
-    scale = max(robust_scale(of_used(z)), eps * brightest / first.unit)
+    scale = max(robust_scale(of_used(targets, z)), eps * brightness(targets) / first.unit)
     slope: Callable[[np.ndarray], np.ndarray] = lambda standard: weights_of(loss, standard)[1]  # noqa: E731
     weights = [np.maximum(weights_of(loss, part / scale)[0], LEAST) for part in z]
     # A noise that was given stays what it is; one that was not is what the residuals show.
     size = 1.0 if targets[0].noise is not None else scale
     deviations = tuple(size * d / np.sqrt(w) for d, w in zip(first.deviations, weights, strict=True))
-    standard = of_used(z) / scale
-    slack = float(of_used(weights).mean() / max(slope(standard).mean(), 0.3))
+    standard = of_used(targets, z) / scale
+    slack = float(of_used(targets, weights).mean() / max(slope(standard).mean(), 0.3))
     return Weighing(deviations, weighing.total, True, max(slack, 1.0), robust=True)
 
 

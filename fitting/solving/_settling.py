@@ -9,8 +9,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diffwhitted.image import gathered
-
 from .._result import FitStep
 from ..judging._misfit import at_rounding
 from ..judging._rest import jacobian_precision, residual_noise, rest_share
@@ -18,6 +16,7 @@ from ..judging._wild import absurd, ruling
 from ..problem._problem import Problem
 from ..problem._target import CheckedTarget, residual_count
 from ..problem._weighing import Weighing, first_weighing, weighed
+from ..problem._whole_pictures import shown_by
 from ._estimating import estimated
 from ._robust import HUBER_ROUNDS, reweighed
 from ._sampling import SIDE, Comparison, compared, sampled
@@ -88,15 +87,10 @@ def settle(
     comparison, found_out = None, sampling is None
     eps, rest = float(np.finfo(problem.scene.dtype).eps), rest_share(problem.scene)
 
-    def shown(solution: Solution) -> list[np.ndarray]:
-        return [
-            np.asarray(gathered(f, *t.mask.shape), np.float64) for f, t in zip(solution.films, targets, strict=True)
-        ]
-
     def exact(solution: Solution) -> bool:
         return all(
             at_rounding((picture - t.image)[t.mask > 0], t.image[t.mask > 0], eps, rest)
-            for picture, t in zip(shown(solution), targets, strict=True)
+            for picture, t in zip(shown_by(targets, solution.films), targets, strict=True)
         )
 
     def solved(problem: Problem, weighing: Weighing, point: np.ndarray, before: Solution | None):
@@ -135,7 +129,9 @@ def settle(
     problem, solution = solved(problem, weighing, start, None)
     # Begin anew without a few pixels that carry nearly all that is left over.
     for _ in range(ROUNDS):
-        wild = None if solution.interrupted or exact(solution) else ruling(targets, shown(solution), eps)
+        if solution.interrupted or exact(solution):
+            break
+        wild = ruling(targets, shown_by(targets, solution.films), eps)
         if wild is None:
             break
         without(wild)
