@@ -128,12 +128,8 @@ def judged(scene: Scene, targets: Sequence[CheckedTarget], end: Settled) -> Judg
     # Is the model wrong by more than intervals can carry?
     with np.errstate(all="ignore"):
         ratio = np.nanmax(np.where(known.identifiable & (white > 0), widened / white, 0), initial=0)
-    # Averages over pixels are nearly those of the target: what edges leave is not the model's fault.
-    left = (
-        found.noise
-        if weighing.estimated and end.sampling == "pixel"
-        else np.sqrt(np.mean([v.rmse**2 for v in views if v.weight.any()]))
-    )
+    # What a few edge pixels leave is not the model's fault: residuals count as the fit weighed them.
+    left = found.noise if weighing.estimated else np.sqrt(np.mean([v.rmse**2 for v in views if v.weight.any()]))
     size = np.sqrt(
         np.mean([np.mean(np.square(v.target[v.weight > 0], dtype=np.float64)) for v in views if v.weight.any()])
     )

@@ -1,6 +1,7 @@
 """Pictures as people have them: averaged over pixels, of whole numbers, and of another model than the scene's."""
 
 import functools
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -105,3 +106,16 @@ def test_a_likely_mistake_is_named(said):
     assert result.misfit and result.exit_code == 1
     assert any(said in what for what, _ in result.causes[:2]), result.causes
     assert said in result.message
+
+
+@pytest.mark.slow
+def test_a_few_edge_pixels_of_another_program_are_no_misfit():
+    """POV-Ray's points: some pixels on edges lie on the other side. That is the rounding of two programs."""
+    examples = Path(__file__).parents[1] / "examples"
+    scene = dw.load_scene(examples / "three_spheres_truth.toml")
+    target = dw.read_image(examples / "three_spheres_povray.exr")
+    names = ["glass.k_*", "mirror.k_[adhs]", "green.k_[adhs]", "*.phong_exponent"]
+    result = fitting.fit(scene, target, names, start={"glass.k_t": 0.5, "mirror.k_s": 0.4, "green.k_s": 0.3})
+    assert result.status == "converged" and result.sampling == "points", result.message
+    for name, value in (("glass.k_t", 0.7), ("mirror.k_s", 0.7), ("green.k_s", 0.1)):
+        assert result[name].value == pytest.approx(value, rel=1e-3), name
