@@ -69,7 +69,7 @@ def eight_bits(path, light):
 
 
 def test_eight_bits_without_noise_are_certain_bounds(tmp_path):
-    """A hundred times closer than least squares, and never outside."""
+    """Far closer than a code is wide, and never outside."""
     result = found(eight_bits(tmp_path / "exact.png", picture()))
     assert result.status == "converged" and "certain bounds" in result.message
     for name, value in TRUE.items():
