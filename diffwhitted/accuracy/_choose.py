@@ -10,7 +10,7 @@ import jax
 import numpy as np
 
 from .._errors import InputError
-from ..records import changed
+from ..records import changed, in_dtype
 from ..scene import AbstractCamera, Scene, float_dtype, is_traced
 from ._knobs import Settings
 from ._reference import Reference, reference, rmse
@@ -183,7 +183,7 @@ def _whole(tracer: Tracer, settings: Settings) -> Measured:
 def in_precision(scene: Scene, precision: str) -> Scene:
     """The scene with all its numbers in this precision."""
     dtype = float_dtype(precision)
-    cast = jax.tree.map(lambda a: a.astype(dtype), scene)
+    cast = in_dtype(scene, dtype)
     if dtype != np.float32 or not any(camera.is_far for camera in scene.cameras.values()):
         return cast
     placed = {part: getattr(scene, part) for part in ("objects", "lights", "cameras", "textures")}

@@ -1,5 +1,8 @@
 """Where a ray meets a surface. No colour, no light: rays in, hits out."""
 
+from ._asking import Asked, free, search
+from ._boxes import Boxes, boxes_over, outwards
+from ._compiled import compiled, prepare, searcher
 from ._edges import beside_small, curvature_at, hidden_parts, near_silhouettes, nearest_part, silhouette_of
 from ._footprint import (
     LEAST_COVERAGE,
@@ -15,14 +18,15 @@ from ._footprint import (
 )  # fmt: skip
 from ._hit import Hit
 from ._ray import NOTHING, Departure, Ray, Sheets, sheet_at
-from ._search import Shapes, blocked, containing, crossing_counts, nearest, surface_at
+from ._search import GRAZING, Shapes, blocked, containing, crossing_counts, nearest, surface_at
 from ._sheets import hidden_by_layers, in_order, layers_crossed, neighbours
 from ._surface import AbstractSurfaces
 
 __all__ = [
-    "LEAST_COVERAGE", "NOTHING", "AbstractSurfaces", "Departure", "Edge", "Footprint", "Hit", "Ray", "Shapes",
-    "Sheets", "beside_small", "blocked", "containing", "covered", "crosswise", "crossing_counts", "curvature_at",
-    "edge_of", "hidden_by_layers", "hidden_parts", "in_order", "layers_crossed", "near_silhouettes", "neighbours",
-    "nearest", "nearest_part", "on_surface", "part_of", "sheet_at", "silhouette_of", "steps_on_surface", "surface_at",
-    "uncovered",
+    "GRAZING", "LEAST_COVERAGE", "NOTHING", "AbstractSurfaces", "Asked", "Boxes", "Departure", "Edge", "Footprint",
+    "Hit", "Ray", "Shapes", "Sheets", "beside_small", "blocked", "boxes_over", "containing", "compiled", "covered",
+    "crosswise", "crossing_counts", "curvature_at", "edge_of", "free", "hidden_by_layers", "hidden_parts",
+    "in_order", "layers_crossed", "near_silhouettes", "neighbours", "nearest", "nearest_part", "on_surface",
+    "outwards", "part_of", "prepare", "search", "searcher", "sheet_at", "silhouette_of", "steps_on_surface",
+    "surface_at", "uncovered",
 ]  # fmt: skip

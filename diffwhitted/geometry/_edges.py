@@ -23,7 +23,7 @@ def near_silhouettes(shapes: Shapes, ray: Ray, reach, growth) -> Bool[Array, "n"
 
     A quick look, which may say yes too often, so that the searches below are for few rays only.
     """
-    found = (family.near_silhouettes(ray, reach, growth) for family in shapes.families)
+    found = (family.near_silhouettes(ray, reach, growth, boxes) for _, family, boxes in shapes.searched())
     return reduce(jnp.logical_or, found, jnp.zeros(ray.origin.shape, bool))
 
 
@@ -31,7 +31,7 @@ def beside_small(shapes: Shapes, ray: Ray, reach, growth, limit) -> Bool[Array, 
     """Does the ray pass, before `limit`, by a surface so small that it may lie between it and the next, `reach` +
     `growth` times the distance away?
     """
-    found = (family.beside_small(ray, reach, growth, limit) for family in shapes.families)
+    found = (family.beside_small(ray, reach, growth, limit, boxes) for _, family, boxes in shapes.searched())
     return reduce(jnp.logical_or, found, jnp.zeros(ray.origin.shape, bool))
 
 
@@ -44,8 +44,9 @@ def nearest_part(shapes: Shapes, ray: Ray, footprint: Footprint, departure: Depa
     no = jnp.zeros(ray.origin.shape, bool)
     nobody = jnp.full(no.shape, NOTHING, jnp.int32)
     best = jnp.full(no.shape, jnp.inf, ray.origin.dtype), nobody, jnp.zeros(no.shape, jnp.int8), no, no
-    for first, family in shapes.numbered():
-        distance, member, *rest = family.nearest_part(ray, footprint, departure.counted_from(first, shapes.sheets))
+    for first, family, boxes in shapes.searched():
+        leaves = departure.counted_from(first, shapes.sheets)
+        distance, member, *rest = family.nearest_part(ray, footprint, leaves, boxes)
         best = where(distance < best[0], (distance, member + first, *rest), best)
     return best[1:]
 
@@ -62,11 +63,11 @@ def hidden_parts(
     """Is the way to `limit` blocked for the whole footprint by a surface (with `blocks`), and which surfaces stand in
     part of it (`most` at most, -1 for none)? Further ones count whole or not at all."""
     whole, parts = jnp.zeros(ray.origin.shape, bool), (jnp.full(ray.origin.shape, NOTHING, jnp.int32),) * most
-    for first, family in shapes.numbered():
+    for first, family, boxes in shapes.searched():
         mine = tuple(counted_from(first, part) for part in parts)
         flags = shapes.part(blocks, first, family)
         leaves = departure.counted_from(first, shapes.sheets)
-        whole, mine = family.hidden_parts(ray, footprint, leaves, limit, flags, (whole, mine))
+        whole, mine = family.hidden_parts(ray, footprint, leaves, limit, flags, (whole, mine), boxes)
         parts = tuple(jnp.where(m >= 0, m + first, part) for m, part in zip(mine, parts, strict=True))
     return whole, parts
 

@@ -28,3 +28,5 @@ class Hit(eqx.Module):
     """The normal that light sees: the geometric one, unless the surface interpolates or perturbs it."""
     distance: Float[Array, "*n"]
     """Along the ray, in metres (zero for a miss)."""
+    lifted: Vec3 | None = None
+    """From where shadow rays leave; None where no surface interpolates normals: from the point."""

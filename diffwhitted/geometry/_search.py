@@ -9,15 +9,20 @@ from functools import reduce
 from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from ..numerics._safe import normalise
 from ..numerics._stage import repeated
-from ..numerics._vector import Vec3, lookup, where
+from ..numerics._vector import Vec3, dot, lookup, where
+from ._boxes import Boxes
+from ._compiled import searcher
 from ._hit import Hit
 from ._ray import NOTHING, Departure, Ray, Sheets
 from ._surface import AbstractSurfaces
+
+GRAZING = 1e-3
+"""Cosine of the largest angle between an interpolated normal and the way back along a ray."""
 
 
 class Shapes(eqx.Module):
@@ -29,6 +34,15 @@ class Shapes(eqx.Module):
 
     sheets: Sheets | None = None
     """Which surfaces lie in one place; None where that is not looked at."""
+    boxes: tuple[Boxes | None, ...] = ()
+    """For each family the tree of boxes by which it is searched; None, or none at all: every surface is asked."""
+    surfaces_of: tuple[Int[Array, "objects"], Int[Array, "objects"]] | None = None
+    """The first surface of each object, and how many it has; None where each object is one."""
+
+    def searched(self) -> Iterator[tuple[int, AbstractSurfaces, Boxes | None]]:
+        """(number of its first surface, family, the tree by which it is searched) for each family."""
+        for k, (first, family) in enumerate(self.numbered()):
+            yield first, family, self.boxes[k] if self.boxes else None
 
     def numbered(self) -> Iterator[tuple[int, AbstractSurfaces]]:
         """(number of its first surface, family) for each family."""
@@ -58,6 +72,16 @@ class Shapes(eqx.Module):
             return primitive
         return jnp.where(primitive >= 0, lookup(self.object_of, jnp.maximum(primitive, 0)), NOTHING)
 
+    def by_surface(self, flags):
+        """One value a surface, of one value an object; None stays None."""
+        return flags if self.object_of is None or flags is None else lookup(flags, self.object_of)
+
+    def first_surface(self, object: Int[Array, "*n"]) -> Int[Array, "*n"]:
+        """The number of the first surface of an object; -1 for -1."""
+        if self.surfaces_of is None:
+            return object
+        return jnp.where(object >= 0, lookup(self.surfaces_of[0], jnp.maximum(object, 0)), NOTHING)
+
 
 def nearest(
     shapes: Shapes, ray: Ray, departure: Departure
@@ -65,8 +89,9 @@ def nearest(
     """Distance (infinity on a miss), number (-1 on a miss) and crossing of the first surface ahead."""
     distance = jnp.full(ray.origin.shape, jnp.inf, ray.origin.dtype)
     best = distance, jnp.full(distance.shape, NOTHING, jnp.int32), jnp.zeros(distance.shape, jnp.int8)
-    for first, family in shapes.numbered():
-        distance, member, crossing = family.nearest(ray, departure.counted_from(first, shapes.sheets))
+    for first, family, boxes in shapes.searched():
+        leaves, by = departure.counted_from(first, shapes.sheets), searcher(family, boxes, shapes.sheets)
+        distance, member, crossing = by.nearest(ray, leaves, boxes)
         best = where(distance < best[0], (distance, member + first, crossing), best)
     return best
 
@@ -76,8 +101,10 @@ def blocked(
 ) -> Bool[Array, "n"]:
     """Does a surface, of those with `blocks` where that is given, lie on the ray nearer than `limit`?"""
     found = (
-        family.blocked(ray, departure.counted_from(first, shapes.sheets), limit, shapes.part(blocks, first, family))
-        for first, family in shapes.numbered()
+        searcher(family, boxes, shapes.sheets).blocked(
+            ray, departure.counted_from(first, shapes.sheets), limit, shapes.part(blocks, first, family), boxes
+        )
+        for first, family, boxes in shapes.searched()
     )
     return reduce(jnp.logical_or, found, jnp.zeros(ray.origin.shape, bool))
 
@@ -87,10 +114,10 @@ def crossing_counts(
 ) -> tuple[Int[Array, "n"], ...]:
     """How many surfaces of each kind 0, 1, ... `count` - 1 the ray crosses before `limit`; -1 is of no kind."""
     totals = (jnp.zeros(ray.origin.shape, jnp.int32),) * count
-    for first, family in shapes.numbered():
-        found = family.crossing_counts(
-            ray, departure.counted_from(first, shapes.sheets), limit, shapes.part(kinds, first, family), count
-        )
+    for first, family, boxes in shapes.searched():
+        leaves, mine = departure.counted_from(first, shapes.sheets), shapes.part(kinds, first, family)
+        by = searcher(family, boxes, shapes.sheets)
+        found = by.crossing_counts(ray, leaves, limit, mine, count, boxes)
         totals = tuple(total + more for total, more in zip(totals, found, strict=True))
     return totals
 
@@ -111,12 +138,14 @@ def containing(
     """
     last = jnp.iinfo(jnp.int32).max
     best = jnp.full(point.shape, last, jnp.int32), jnp.full(point.shape, NOTHING, jnp.int32)
-    for (first, family), numbers in zip(shapes.numbered(), solids, strict=True):
+    for (first, family, boxes), numbers in zip(shapes.searched(), solids, strict=True):
 
-        def ask(k, best, first=first, family=family, numbers=numbers):
+        def ask(k, best, first=first, family=family, boxes=boxes, numbers=numbers):
             number = numbers[k]
-            solid = jax.tree.map(lambda a: a[jnp.maximum(number - first, 0)], family)
-            inner = solid.contains(point) & (but != number) & (number >= 0) & (rank[number] < best[0])
+            its_first = jnp.maximum(shapes.first_surface(number) - first, 0)
+            many = 1 if shapes.surfaces_of is None else shapes.surfaces_of[1][jnp.maximum(number, 0)]
+            inner = family.holds(its_first, many, point, boxes)
+            inner = inner & (but != number) & (number >= 0) & (rank[number] < best[0])
             inner = inner if counted is None else inner & counted(number)
             return where(inner, (rank[number], number), best)
 
@@ -136,11 +165,27 @@ def surface_at(
     `entering`, where it is known, decides the side of the ray. A miss (-1) gets distance 0 and a zero normal, so that
     nothing infinite enters a derivative.
     """
-    distance = jnp.zeros(ray.origin.shape, ray.origin.dtype)
-    found = distance, Vec3(distance, distance, distance), ray.origin, jnp.zeros(distance.shape, bool)
+    zero = jnp.zeros(ray.origin.shape, ray.origin.dtype)
+    black = Vec3(zero, zero, zero)
+    found, bent = (zero, black, ray.origin, jnp.zeros(zero.shape, bool)), (black, ray.origin)
+    smooth = any(family.interpolated for family in shapes.families)
     for mine, member in shapes.members(primitive, lambda family: family.carrier()):
-        found = where(mine, member.surface(ray, crossing), found)
+        met = member.surface(ray, crossing)
+        found = where(mine, met, found)
+        bent = where(mine, member.shading(met[2], met[1]), bent) if smooth else bent
     distance, outward, point, enters = found
     enters = enters if entering is None else entering
     normal = where(enters, outward, -outward)
-    return Hit(primitive, shapes.object_at(primitive), crossing, enters, point, normal, normal, distance)
+    if not smooth:
+        return Hit(primitive, shapes.object_at(primitive), crossing, enters, point, normal, normal, distance)
+    shading = where(primitive >= 0, towards(ray.direction, where(enters, bent[0], -bent[0])), black)
+    lifted = where(enters, bent[1], point)
+    return Hit(primitive, shapes.object_at(primitive), crossing, enters, point, normal, shading, distance, lifted)
+
+
+def towards(direction: Vec3, normal: Vec3) -> Vec3:
+    """An interpolated normal that faces the ray: one that is turned away, as near an outline, is bent until it is
+    `GRAZING` to the ray.
+    """
+    away = jnp.maximum(dot(direction, normal) + GRAZING, 0)
+    return where(away > 0, normalise(normal - direction * away), normal)

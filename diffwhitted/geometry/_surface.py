@@ -1,5 +1,8 @@
 """The contract of a family of surfaces: what rays ask of a shape.
 
+What is asked of all members (the nearest, whether any blocks, ...) is one function of a member and of the answer so
+far; a search asks every member, or those whose boxes a ray meets (see `_asking`).
+
 A family holds all the surfaces of one kind as stacked arrays; a member of it, or for each ray the member that it met,
 is the same record with the leading axis taken away or replaced by the rays. What is abstract here every family has.
 The defaults mean points only: a new shape works on the day it is written, and earns its footprint later.
@@ -17,6 +20,8 @@ from jaxtyping import Array, Bool, Float, Int
 from ..numerics._coverage import Linear, is_cut
 from ..numerics._stage import UNROLLED, repeated
 from ..numerics._vector import Vec3, dot, where
+from ._asking import Asked, search
+from ._boxes import Boxes, outwards
 from ._footprint import LEAST_COVERAGE, Footprint
 from ._ray import NOTHING, Departure, Ray
 
@@ -28,6 +33,20 @@ class AbstractSurfaces(eqx.Module):
     """It bounds a volume, which `contains` knows."""
     FOOTPRINT: ClassVar[bool] = False
     """Its silhouette and curvature are stated, so that rays may have a footprint."""
+    BOUNDED: ClassVar[bool] = False
+    """Each has an end, which `boxes` knows: of many, a ray need not ask all."""
+
+    KERNEL: ClassVar[str | None] = None
+    """The kind of surface by which `_machine` knows it, where there is machine code for its search."""
+
+    @property
+    def interpolated(self) -> bool:
+        """Is its shading normal another one than the geometric one?"""
+        return False
+
+    def shading(self, point: Vec3, outward: Vec3) -> tuple[Vec3, Vec3]:
+        """The outward unit normal that light sees at a point, and where shadow rays leave from on the outer side."""
+        return outward, point
 
     @property
     def count(self) -> int:
@@ -77,6 +96,16 @@ class AbstractSurfaces(eqx.Module):
         """Is the point inside? A sheet holds no volume."""
         return jnp.zeros(point.shape, bool)
 
+    def holds(self, first, count, point: Vec3, boxes: Boxes | None = None) -> Bool[Array, "n"]:
+        """Is the point inside the object that the `count` members from `first` on make up? By default inside any."""
+        del boxes
+
+        def one(k, found):
+            return found | jax.tree.map(lambda a: a[first + k], self).contains(point)
+
+        no = jnp.zeros(point.shape, bool)
+        return one(0, no) if isinstance(count, int) and count == 1 else jax.lax.fori_loop(0, count, one, no)
+
     def covers(self, point: Vec3) -> Bool[Array, "*n"]:
         """Does it reach to a point of the unbounded surface that carries it?"""
         return jnp.ones(point.shape, bool)
@@ -94,6 +123,19 @@ class AbstractSurfaces(eqx.Module):
         some = jax.tree.leaves(self)[0]
         zero = jnp.zeros(some.shape[:1], some.dtype)
         return Vec3(zero, zero, zero), jnp.full_like(zero, jnp.inf)
+
+    def box(self) -> tuple[Vec3, Vec3]:
+        """The least and the largest corner of a box around each surface, by default that of `bounding`; no derivatives.
+
+        Both are moved outwards by a few roundings.
+        """
+        middle, radius = self.bounding()
+        apart = Vec3(radius, radius, radius)
+        return outwards(middle - apart, middle + apart)
+
+    def numbers(self) -> Float[Array, "n numbers"] | None:
+        """What the machine code needs to know of each surface; None where there is none."""
+        return None
 
     def silhouette(self, ray: Ray, footprint: Footprint) -> tuple[Linear, Float[Array, "*n"]]:
         """A function over the pixel, positive where its rays meet the surface, and the distance at which the ray is
@@ -116,116 +158,139 @@ class AbstractSurfaces(eqx.Module):
         return jnp.zeros_like(jax.tree.leaves(self)[0])
 
     def over(self, step: Callable, carry, unrolled: int = UNROLLED):
-        """`carry = step(number, member, carry)` over all members: unrolled for a few, as a compiled loop for many."""
+        """`carry = step(k, member, carry)` over all members: unrolled for a few, as a compiled loop for many."""
 
         def one(k, carry):
             return step(k, jax.tree.map(lambda a: a[k], self), carry)
 
         return repeated(self.count, one, carry, unrolled)
 
-    def nearest(self, ray: Ray, departure: Departure) -> tuple[Float[Array, "n"], Int[Array, "n"], Int[Array, "n"]]:
-        """Distance (infinity on a miss), number and crossing of the first surface ahead. The default asks every
-        member.
-        """
+    def nearest(
+        self, ray: Ray, departure: Departure, boxes: Boxes | None = None
+    ) -> tuple[Float[Array, "n"], Int[Array, "n"], Int[Array, "n"]]:
+        """Distance (infinity on a miss), number and crossing of the first surface ahead."""
 
-        def closer(k, member, best):
-            distance, crossing = member.first_crossing(ray, departure.starts_on(k), departure.inwards)
+        def closer(asked: Asked, best, k, member):
+            distance, crossing = member.first_crossing(*asked.start(k))
             return where(distance < best[0], (distance, jnp.full_like(best[1], k), crossing), best)
 
         missed = jnp.full(ray.origin.shape, jnp.inf, ray.origin.dtype)
         nobody = jnp.full(missed.shape, NOTHING, jnp.int32)
-        return self.over(closer, (missed, nobody, jnp.zeros(missed.shape, jnp.int8)))
+        best = missed, nobody, jnp.zeros(missed.shape, jnp.int8)
+        return search(self, boxes, closer, Asked(ray, departure), best, lambda _, best: best[0])
 
     def blocked(
-        self, ray: Ray, departure: Departure, limit, blocks: Sequence[bool] | Bool[Array, "members"] | None
+        self,
+        ray: Ray,
+        departure: Departure,
+        limit,
+        blocks: Sequence[bool] | Bool[Array, "members"] | None,
+        boxes: Boxes | None = None,
     ) -> Bool[Array, "n"]:
         """Does a member, of those with `blocks` where that is given, lie on the ray nearer than `limit`?"""
 
-        def either(k, member, found):
-            distance, _ = member.first_crossing(ray, departure.starts_on(k), departure.inwards)
-            hit = distance < limit
+        def either(asked: Asked, found, k, member):
+            distance, _ = member.first_crossing(*asked.start(k))
+            hit = distance < asked.limit
             return found | (hit if blocks is None else hit & blocks[k])
 
-        return self.over(either, jnp.zeros(ray.origin.shape, bool))
+        no = jnp.zeros(ray.origin.shape, bool)
+        return search(self, boxes, either, Asked(ray, departure, limit), no, content=lambda found: found)
 
     def crossing_counts(
-        self, ray: Ray, departure: Departure, limit, kinds: Int[Array, "members"], count: int
+        self,
+        ray: Ray,
+        departure: Departure,
+        limit,
+        kinds: Int[Array, "members"],
+        count: int,
+        boxes: Boxes | None = None,
     ) -> tuple[Int[Array, "n"], ...]:
         """How many surfaces of each kind 0 .. count - 1 the ray crosses before `limit`."""
 
-        def counted(k, member, totals):
-            crossings = member.crossings(ray, departure.starts_on(k), departure.inwards)
-            met = sum((distance < limit).astype(jnp.int32) for distance in crossings)
-            met = jnp.where(departure.leaves_out(k), 0, met)
+        def counted(asked: Asked, totals, k, member):
+            crossings = member.crossings(*asked.start(k))
+            met = sum((distance < asked.limit).astype(jnp.int32) for distance in crossings)
+            met = jnp.where(asked.departure.leaves_out(k), 0, met)
             return tuple(total + jnp.where(kinds[k] == kind, met, 0) for kind, total in enumerate(totals))
 
-        return self.over(counted, (jnp.zeros(ray.origin.shape, jnp.int32),) * count)
+        none = (jnp.zeros(ray.origin.shape, jnp.int32),) * count
+        return search(self, boxes, counted, Asked(ray, departure, limit), none)
 
-    def near_silhouettes(self, ray: Ray, reach: Float[Array, "n"], growth) -> Bool[Array, "n"]:
+    def near_silhouettes(
+        self, ray: Ray, reach: Float[Array, "n"], growth, boxes: Boxes | None = None
+    ) -> Bool[Array, "n"]:
         """May the silhouette of some member lie within `reach` + `growth` times the distance of the ray's line?"""
 
-        def either(k, member, found):
-            return found | member.near_silhouette(ray, reach, growth)
+        def either(asked: Asked, found, k, member):
+            return found | member.near_silhouette(asked.ray, asked.reach, asked.growth)
 
-        return self.over(either, jnp.zeros(ray.origin.shape, bool))
+        no = jnp.zeros(ray.origin.shape, bool)
+        return search(self, boxes, either, Asked.wide(ray, reach, growth), no, content=lambda found: found)
 
-    def nearest_part(self, ray: Ray, footprint: Footprint, departure: Departure):
+    def nearest_part(self, ray: Ray, footprint: Footprint, departure: Departure, boxes: Boxes | None = None):
         """The nearest member that covers part of the pixel: its distance, number, crossing, side, and whether its
         silhouette cuts the pixel. Where as many surfaces are left out already as a departure can name,
         silhouettes do not count.
         """
-        may_pass = departure.passed[-1] == NOTHING
 
-        def closer(k, member, best):
-            on_it = departure.starts_on(k)
-            distance, crossing = member.first_crossing(ray, on_it, departure.inwards)
-            silhouette, closest = member.silhouette(ray, footprint)
+        def closer(asked: Asked, best, k, member):
+            departure = asked.departure
+            ray, on_it, inwards = asked.start(k)
+            distance, crossing = member.first_crossing(ray, on_it, inwards)
+            silhouette, closest = member.silhouette(ray, asked.footprint)
             missed, side = jnp.isinf(distance), member.side(ray)
             entering = member.enters(ray, crossing)
             from_outside = missed | (entering == side)
-            cut = is_cut(silhouette, LEAST_COVERAGE) & from_outside & (closest > 0) & ~on_it & may_pass
+            cut = is_cut(silhouette, LEAST_COVERAGE) & from_outside & (closest > 0) & ~on_it
+            cut = cut & (departure.passed[-1] == NOTHING)
             distance, entering = jnp.where(missed & cut, closest, distance), jnp.where(missed, side, entering)
             found = distance, jnp.full_like(best[1], k), crossing, entering, cut
             return where((distance < best[0]) & ~departure.leaves_out(k), found, best)
 
         zero = jnp.zeros(ray.origin.shape, ray.origin.dtype)
         no, nobody = jnp.zeros(zero.shape, bool), jnp.full(zero.shape, NOTHING, jnp.int32)
-        return self.over(closer, (zero + jnp.inf, nobody, jnp.zeros(zero.shape, jnp.int8), no, no), unrolled=1)
+        best = zero + jnp.inf, nobody, jnp.zeros(zero.shape, jnp.int8), no, no
+        asked = Asked.over(ray, footprint, departure, zero + jnp.inf)
+        return search(self, boxes, closer, asked, best, lambda _, best: best[0], unrolled=1)
 
-    def hidden_parts(self, ray: Ray, footprint: Footprint, departure: Departure, limit, blocks, found):
+    def hidden_parts(
+        self, ray: Ray, footprint: Footprint, departure: Departure, limit, blocks, found, boxes: Boxes | None = None
+    ):
         """`found` = whether the way to `limit` is blocked for the whole footprint, and the members that stand in part
         of it (-1 for a free place to name one), continued over these members. Further ones count whole or not at all.
         """
 
-        def either(k, member, found):
+        def either(asked: Asked, found, k, member):
             whole, parts = found
-            on_it = departure.starts_on(k)
-            distance, crossing = member.first_crossing(ray, on_it, departure.inwards)
-            silhouette, closest = member.silhouette(ray, footprint)
+            ray, on_it, inwards = asked.start(k)
+            distance, crossing = member.first_crossing(ray, on_it, inwards)
+            silhouette, closest = member.silhouette(ray, asked.footprint)
             from_outside = jnp.isinf(distance) | (member.enters(ray, crossing) == member.side(ray))
-            free = is_cut(silhouette, LEAST_COVERAGE) & from_outside & (closest > 0) & (closest < limit) & ~on_it
+            free = is_cut(silhouette, LEAST_COVERAGE) & from_outside & (closest > 0) & (closest < asked.limit) & ~on_it
             cut, named = free & (parts[-1] == NOTHING), []
             for part in parts:
                 take = free & (part == NOTHING)
                 named.append(jnp.where(take, k, part))
                 free = free & ~take
-            hidden = (distance < limit) & ~cut
+            hidden = (distance < asked.limit) & ~cut
             return whole | (hidden if blocks is None else hidden & blocks[k]), tuple(named)
 
-        return self.over(either, found, unrolled=1)
+        return search(self, boxes, either, Asked.over(ray, footprint, departure, limit), found, unrolled=1)
 
-    def beside_small(self, ray: Ray, reach, growth, limit) -> Bool[Array, "n"]:
+    def beside_small(self, ray: Ray, reach, growth, limit, boxes: Boxes | None = None) -> Bool[Array, "n"]:
         """Does the ray pass, before `limit`, by a member so small that it may lie between it and the next, `reach` +
         `growth` times the distance away?
         """
 
-        def either(k, member, found):
+        def either(asked: Asked, found, k, member):
             middle, radius = member.bounding()
-            to_middle = middle - ray.origin
-            along = dot(to_middle, ray.direction)
-            miss = to_middle - ray.direction * along
-            apart = reach + growth * abs(along)
-            ahead, small = (along > 0) & (along < limit), radius < apart
+            to_middle = middle - asked.ray.origin
+            along = dot(to_middle, asked.ray.direction)
+            miss = to_middle - asked.ray.direction * along
+            apart = asked.reach + asked.growth * abs(along)
+            ahead, small = (along > 0) & (along < asked.limit), radius < apart
             return found | (ahead & small & (dot(miss, miss) < (radius + apart) * (radius + apart)))
 
-        return self.over(either, jnp.zeros(ray.origin.shape, bool))
+        no = jnp.zeros(ray.origin.shape, bool)
+        return search(self, boxes, either, Asked.wide(ray, reach, growth, limit), no, content=lambda found: found)

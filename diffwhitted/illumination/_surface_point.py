@@ -38,7 +38,7 @@ class SurfacePoint(eqx.Module):
     @property
     def cosine(self) -> Float[Array, "n"]:
         """cos of the angle of incidence."""
-        return -dot(self.incoming, self.normal)
+        return -dot(self.incoming, self.shading_normal)
 
     @property
     def eta(self) -> Float[Array, "n"]:

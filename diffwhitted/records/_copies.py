@@ -25,6 +25,20 @@ def changed(record: R, **new: Any) -> R:
     return copy
 
 
+def in_dtype(record: R, dtype) -> R:
+    """A copy of a record with its real numbers in another precision; whole numbers stay what they are.
+
+    What is known stays on the host.
+    """
+
+    def cast(a):
+        if a.dtype == dtype or not jnp.issubdtype(a.dtype, jnp.floating):
+            return a
+        return a.astype(dtype) if is_traced(a) else np.asarray(a).astype(dtype)
+
+    return jax.tree.map(cast, record)
+
+
 def moved(record: R, by: np.ndarray) -> R:
     """A copy of a record whose places (its rows of vectors in metres) are moved by so many metres, (3,).
 

@@ -17,8 +17,9 @@ REQUIRED: Final = object()
 """In place of a default: the key must be stated."""
 
 Kind = Literal[
-    "number", "vector", "direction", "colour", "number or colour", "numbers", "vectors", "colours", "text", "choice"
-]
+    "number", "vector", "direction", "colour", "number or colour", "numbers", "vectors", "colours", "pairs", "list",
+    "faces", "text", "file", "choice",
+]  # fmt: skip
 Moves = Literal["nothing", "patterns", "shadows", "rays"]
 Freedom = Literal["each", "turn", "roll", "flat"]
 
@@ -80,7 +81,7 @@ class Row:
     @property
     def numeric(self) -> bool:
         """Does it hold numbers, which a fit may look for?"""
-        return self.kind not in ("text", "choice")
+        return self.kind not in ("faces", "text", "file", "choice")
 
     @property
     def coloured(self) -> bool:
@@ -105,6 +106,8 @@ class Row:
         """The names of its numbers for a value of that shape, such as "r" or "2.y"; none for one number."""
         if not shape:
             return ()
+        if self.kind == "list":
+            return tuple(map(str, range(shape[0])))
         names = self.parts or (("r", "g", "b") if self.coloured or self.kind == "colours" else ("x", "y", "z"))
         return tuple(f"{k}.{name}" for k in range(shape[0]) for name in names) if len(shape) == 2 else names
 
@@ -135,7 +138,9 @@ class Row:
 
     def read(self, value, place: str):
         """`value` as an array of this row, or `SceneError` naming the place, the value and what is allowed."""
-        listed = ((len(self.parts),),) if self.kind == "numbers" else ((entries(value), 3),)
+        each = 2 if self.kind == "pairs" else 3
+        listed = ((len(self.parts),),) if self.kind == "numbers" else ((entries(value), each),)
+        listed = ((), (entries(value),)) if self.kind == "list" else listed
         shapes = _SHAPES.get(self.kind, listed)
         array = number_array(value, place, self.name, shapes)
         if self.allowed():

@@ -25,7 +25,7 @@ def _reasons(scene: Scene, camera: AbstractCamera, plan: Plan) -> Iterator[str]:
         yield "there is no object, and the background is black; add an [[object]]"
         return
     eye = np.asarray(camera.look_from, np.float64)
-    closed = [thing for thing in scene.objects if thing.FAMILY.SOLID and not _some(_material(scene, thing).k_t)]
+    closed = [thing for thing in scene.objects if thing.solid and not _some(_material(scene, thing).k_t)]
     # Where the camera is, and what is before it.
     places = [place for light in scene.lights if (place := light.place()) is not None]
     for thing in closed:

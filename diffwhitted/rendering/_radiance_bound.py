@@ -133,7 +133,7 @@ class _Bodies:
     def of(cls, objects: tuple[AbstractObject, ...]) -> "_Bodies":
         balls = [thing.ball() for thing in objects]
         radius = np.asarray([r for _, r in balls])
-        solid = np.asarray([kind.CONVEX and kind.FAMILY.SOLID for kind in map(type, objects)], bool)
+        solid = np.asarray([thing.CONVEX and thing.solid for thing in objects], bool)
         return cls(
             objects,
             np.stack([m for m, _ in balls]) if balls else np.zeros((0, 3)),

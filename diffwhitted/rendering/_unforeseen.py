@@ -44,8 +44,7 @@ def _poisoned_jvp(primals, tangents):
 def _called_for(scene: Scene, plan: Plan) -> dict[str, Bool[Array, ""] | bool]:
     """By the name of an effect: does some number call for it? Left out are those that numbers do not decide."""
     objects_of, solids_of = (
-        Counter(o.material for o in objects)
-        for objects in (scene.objects, (o for o in scene.objects if o.FAMILY.SOLID))
+        Counter(o.material for o in objects) for objects in (scene.objects, (o for o in scene.objects if o.solid))
     )
     used = [scene.materials[name] for name in sorted(objects_of)]
     glass, solids = (

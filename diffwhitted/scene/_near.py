@@ -7,10 +7,9 @@ picture is that of the same scene here. Names, files and numbers read back stay 
 
 from typing import TypeVar
 
-import jax
 import numpy as np
 
-from ..records import changed, is_traced
+from ..records import changed, in_dtype
 from ._scene import Scene
 from .cameras import AbstractCamera
 
@@ -25,7 +24,7 @@ def near(scene: Scene, camera: AbstractCamera) -> tuple[Scene, AbstractCamera]:
     done.
     """
     if scene.dtype != np.float32 or not camera.is_far:
-        return _cast(scene, scene.dtype) if scene.keeps_digits else scene, camera.in_precision(scene.dtype)
+        return in_dtype(scene, scene.dtype) if scene.keeps_digits else scene, camera.in_precision(scene.dtype)
     # A place that float32 holds, so that whoever else subtracts it loses nothing.
     origin = np.asarray(camera.look_from).astype(np.float32).astype(np.float64)
     moved = changed(
@@ -36,11 +35,4 @@ def near(scene: Scene, camera: AbstractCamera) -> tuple[Scene, AbstractCamera]:
         cameras={name: one.moved(-origin) for name, one in scene.cameras.items()},
         keeps_digits=False,
     )
-    return _cast(moved, scene.dtype), camera.moved(-origin).in_precision(scene.dtype)
-
-
-def _cast(record: R, dtype) -> R:
-    def cast(a):
-        return a if a.dtype == dtype else a.astype(dtype) if is_traced(a) else np.asarray(a).astype(dtype)
-
-    return jax.tree.map(cast, record)
+    return in_dtype(moved, scene.dtype), camera.moved(-origin).in_precision(scene.dtype)

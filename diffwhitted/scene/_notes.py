@@ -86,7 +86,7 @@ def _lamps_inside(
     """Lamps within what lets no light out, where no camera is."""
     if not cameras or not all(map(_known, cameras.values())):
         return
-    solids = [thing for thing in objects if type(thing).FAMILY.SOLID]
+    solids = [thing for thing in objects if thing.solid]
     for light in lights:
         place = light.place() if _known(light) else None
         if place is None:

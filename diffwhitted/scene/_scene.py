@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._errors import FarFromOrigin, SceneError
-from ..records import changed, nearest_name, number_array, require
+from ..records import changed, in_dtype, nearest_name, number_array, require
 from ..shapes import OBJECTS, AbstractObject
 from ._material import Material
 from ._notes import give_notes
@@ -78,7 +78,7 @@ class Scene(eqx.Module):
         _check_kinds(objects, lights, (textures or {}).values(), background, (cameras or {}).values())
 
         def cast(record):
-            return jax.tree.map(lambda a: a if a.dtype == dtype else a.astype(dtype), record)
+            return in_dtype(record, dtype)
 
         far = [camera for camera in (cameras or {}).values() if camera.is_far] if dtype == np.float32 else []
         _warn_if_rounded(far)

@@ -99,7 +99,7 @@ def _overlap(normal: np.ndarray, one: np.ndarray | None, other: np.ndarray | Non
 
 def _round(objects: Sequence[AbstractObject], glass: Sequence[bool]) -> Touching:
     """Spheres in one place."""
-    balls = [(k, thing.ball()) for k, thing in enumerate(objects) if thing.ROUND and thing.FAMILY.SOLID]
+    balls = [(k, thing.ball()) for k, thing in enumerate(objects) if thing.ROUND and thing.solid]
     if len(balls) < 2 or not any(glass[k] for k, _ in balls):
         return
     middles, radii = np.stack([middle for _, (middle, _) in balls]), np.asarray([radius for _, (_, radius) in balls])

@@ -17,11 +17,12 @@ from jaxtyping import Array, Bool, Float, Int
 
 from ..geometry import Shapes, Sheets
 from ..numerics._vector import Vec3, vec3
-from ..records import grouped, is_traced, stacked
+from ..records import changed, grouped, is_traced, stacked
 from ..shapes import OBJECTS, AbstractObject
 from ._coefficients import coefficients
 from ._material import HIGHLIGHTS, textured_rows
 from ._scene import Scene
+from ._search import Known, known_boxes, shapes_of
 from ._sheets import Sheet, sheets_of
 from .backgrounds import AbstractBackground
 from .lights import AbstractLight
@@ -39,6 +40,8 @@ class Marks(eqx.Module):
     """For each family of shapes, the objects that may be transparent solids, -1 in the room to spare."""
     sheets: Sheets | None = None
     """The surfaces that lie in one place, where that is looked at."""
+    boxes: tuple[Known | None, ...] = ()
+    """For each family of shapes that is searched by a tree, the tree and the geometry that it was made of."""
 
 
 class Tables(eqx.Module):
@@ -65,8 +68,8 @@ class Tables(eqx.Module):
     """Does it let light through, or is a derivative wanted for which its rays are followed?"""
     clear: Bool[Array, "materials"]
     """Does it let light through as it is? What does not is no medium and reflects nothing totally."""
-    glass_of: Int[Array, "objects"]
-    """The place of each object's material in `marks.glass`, -1 for none."""
+    glass_of: Int[Array, "surfaces"]
+    """The place in `marks.glass` of the material of each surface, -1 for none."""
     rank: Int[Array, "objects"]
     """The order of the objects by their size, smallest first: where solids overlap, the first one counts."""
     marks: Marks
@@ -114,8 +117,9 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         jnp.full(len(names) + 1, -1, jnp.int32).at[marks.glass].set(jnp.arange(marks.glass.shape[0], dtype=jnp.int32))
     )
     place_in_glass = place_in_glass.at[-1].set(-1)
+    shapes = shapes_of(objects, marks.boxes, marks.sheets)
     return Tables(
-        shapes=Shapes(tuple(_families(objects)), sheets=marks.sheets),
+        shapes=shapes,
         coefficients=table,
         material_of=jnp.asarray(material_of),
         highlight=jnp.asarray([HIGHLIGHTS.index(m.highlight) for m in materials], jnp.int32),
@@ -128,9 +132,9 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         mirrors=marks.wanted["k_s"] | _some(table["k_s"]),
         transparent=marks.wanted["k_t"] | _some(table["k_t"]),
         clear=_some(table["k_t"], gt),
-        glass_of=place_in_glass[material_of],
+        glass_of=shapes.by_surface(place_in_glass[material_of]),
         rank=_ranked(objects),
-        marks=marks,
+        marks=changed(marks, boxes=()),
     )
 
 
@@ -161,22 +165,16 @@ def marks_of(
     for kind in OBJECTS:
         mine = [thing for thing in objects if type(thing) is kind]
         if mine:
-            found = [first + k for k, o in enumerate(mine) if kind.FAMILY.SOLID and o.material in clear_names]
+            found = [first + k for k, o in enumerate(mine) if o.solid and o.material in clear_names]
             solids.append(_with_room(found))
             first += len(mine)
     return Marks(
         {"k_s": wanted("k_s"), "k_t": wanted("k_t")},
         _with_room(np.flatnonzero(clear)),
         tuple(solids),
-        sheets_of(objects, shared, {thing.name for thing in objects if thing.material in clear_names}),
+        boxes=known_boxes(objects),
+        sheets=sheets_of(objects, shared, {thing.name for thing in objects if thing.material in clear_names}),
     )
-
-
-def _families(objects):
-    for kind in OBJECTS:
-        mine = [thing for thing in objects if type(thing) is kind]
-        if mine:
-            yield kind.family(*kind.columns(mine))
 
 
 def _column(values: list, coloured: bool):
@@ -204,7 +202,7 @@ def _ranked(objects) -> Int[Array, "objects"]:
     """The place of each object in the order of size; of two of one size the later one comes first."""
     if not objects:
         return jnp.zeros(0, jnp.int32)
-    size = stacked([thing.size() for thing in objects])
+    size = stacked([type(thing).size(thing) for thing in objects])  # a bound method takes long to make
     order = jnp.lexsort((-jnp.arange(len(objects)), size))
     return jnp.zeros(len(objects), jnp.int32).at[order].set(jnp.arange(len(objects), dtype=jnp.int32))
 

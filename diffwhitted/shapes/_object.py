@@ -5,13 +5,14 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ..geometry import AbstractSurfaces
 from ..numerics._vector import Vec3
-from ..records import Row, moved, stacked
+from ..records import Row, is_traced, moved, stacked
 
 
 class AbstractObject(eqx.Module):
@@ -51,9 +52,23 @@ class AbstractObject(eqx.Module):
         """The numbers of each row, stacked over the objects."""
         return [stacked([getattr(thing, row.name) for thing in objects]) for row in cls.ROWS if row.numeric]
 
+    @property
+    def surfaces(self) -> int:
+        """Of how many surfaces of its family it consists."""
+        return 1
+
+    @property
+    def solid(self) -> bool:
+        """Does it bound a volume, which may be a medium?"""
+        return self.FAMILY.SOLID
+
     def written_type(self) -> str:
         """What a file calls this very record."""
         return self.TYPE
+
+    def left_out(self) -> tuple[str, ...]:
+        """The keys that a scene file need not state, as another one says the same."""
+        return ()
 
     def size(self) -> Float[Array, ""]:
         """What decides which of two nested solids lies inside: the smaller one. By default the radius of its bounding
@@ -67,7 +82,7 @@ class AbstractObject(eqx.Module):
 
     def alone(self) -> AbstractSurfaces:
         """The family of this object only."""
-        return self.family(*self.columns([self]))
+        return self.family(*jax.tree.map(jnp.asarray, self.columns([self])))
 
     def ball(self) -> tuple[np.ndarray, float]:
         """Middle (3,) and radius of a sphere around it, float64; the radius is infinite where none is known."""
@@ -93,3 +108,21 @@ class AbstractObject(eqx.Module):
         """Is the point (3,) inside the volume that it bounds?"""
         x, y, z = (jnp.asarray([c], float) for c in np.asarray(place, np.float64))
         return bool(self.alone().contains(Vec3(x, y, z))[0])
+
+
+def joined(parts: Sequence):
+    """Arrays of several objects one after the other, on the host where all of them are known."""
+    if any(map(is_traced, parts)):
+        return jnp.concatenate([jnp.asarray(part) for part in parts])
+    return np.asarray(parts[0]) if len(parts) == 1 else np.concatenate(list(map(np.asarray, parts)))
+
+
+def same_numbers(held: dict, other: AbstractObject) -> bool:
+    """Are these arrays those of the same names in another record, in their own precision?"""
+    for key, mine in held.items():
+        theirs = getattr(other, key)
+        if (mine is None) != (theirs is None):
+            return False
+        if mine is not None and not np.array_equal(np.asarray(theirs).astype(mine.dtype), np.asarray(mine)):
+            return False
+    return True

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._errors import SceneError
-from ..geometry import LEAST_COVERAGE, AbstractSurfaces, Footprint, Ray, steps_on_surface
+from ..geometry import LEAST_COVERAGE, AbstractSurfaces, Footprint, Ray, outwards, steps_on_surface
 from ..numerics._coverage import Linear, is_cut
 from ..numerics._safe import length, normalise, power_of_two, safe_divide
 from ..numerics._vector import Vec3, cross, dot, vec3, where
@@ -28,6 +28,7 @@ class Polygons(AbstractSurfaces):
     """
 
     FOOTPRINT: ClassVar[bool] = True
+    BOUNDED: ClassVar[bool] = True
 
     vertices: Vec3
 
@@ -123,6 +124,14 @@ class Polygons(AbstractSurfaces):
         middle = Vec3(*(c.mean(axis=-1) for c in (self.vertices.x, self.vertices.y, self.vertices.z)))
         away = self.vertices - Vec3(*(c[..., None] for c in (middle.x, middle.y, middle.z)))
         return middle, jnp.sqrt(dot(away, away).max(axis=-1))
+
+    def box(self):
+        """The least and the largest corner of a box around each."""
+        low, high = (
+            Vec3(*(most(c, axis=-1) for c in (self.vertices.x, self.vertices.y, self.vertices.z)))
+            for most in (jnp.min, jnp.max)
+        )
+        return outwards(low, high)
 
     def _holds_in_plane(self, plane: Planes, point: Vec3):
         """Even-odd rule in the coordinate plane that the polygon faces most.

@@ -20,6 +20,8 @@ class Spheres(AbstractSurfaces):
 
     SOLID: ClassVar[bool] = True
     FOOTPRINT: ClassVar[bool] = True
+    BOUNDED: ClassVar[bool] = True
+    KERNEL: ClassVar[str | None] = "sphere"
 
     centre: Vec3
     radius: Float[Array, "*n"]
@@ -87,6 +89,9 @@ class Spheres(AbstractSurfaces):
     def bounding(self):
         """Middle and radius of a sphere around the shape."""
         return self.centre, self.radius
+
+    def numbers(self):
+        return jnp.stack([self.centre.x, self.centre.y, self.centre.z, self.radius], axis=-1)
 
     def crossing_at(self, entering):
         """A ray enters at the nearer of the two."""

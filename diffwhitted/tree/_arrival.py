@@ -68,6 +68,8 @@ class Arrival(eqx.Module):
     """The object whose index counts on the inner side; None: the object itself."""
     beam: Beam | None
     """None where rays have no footprint."""
+    lifted: Vec3 | None = None
+    """Where shadow rays leave; None where no surface interpolates normals: from the point."""
 
 
 def arrival(hit: Hit, direction: Vec3, outside, inside, beam: Beam | None) -> Arrival:
@@ -83,4 +85,5 @@ def arrival(hit: Hit, direction: Vec3, outside, inside, beam: Beam | None) -> Ar
         outside,
         inside,
         beam,
+        hit.lifted,
     )

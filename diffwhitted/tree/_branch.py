@@ -3,7 +3,8 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from ..geometry import Departure, Footprint, Ray
+from ..geometry import GRAZING, Departure, Footprint, Ray
+from ..numerics._safe import normalise
 from ..numerics._vector import Vec3, dot, lookup, where
 from ..optics import mirrored, refracted, refraction_radicand, sine_squared
 from ..scene import Tables
@@ -47,11 +48,22 @@ def child(
     if at.beam is not None:
         return child_beam(plan, at, point, branch, factor, bend)
     bounces = plan.effects.reflection or plan.effects.total_internal_reflection
-    direction = mirrored(at.direction, at.normal) if bounces else None
+    direction = mirrored(at.direction, at.shading_normal) if bounces else None
     if plan.effects.refraction:
-        bent = refracted(at.direction, at.normal, bend)
+        bent = refracted(at.direction, at.shading_normal, bend)
         direction = bent if direction is None else where(branch == TRANSMITTED, bent, direction)
+    if at.lifted is not None:
+        direction = on_its_side(direction, at.normal, branch == TRANSMITTED)
     return Ray(at.point, direction), None, factor
+
+
+def on_its_side(direction: Vec3, normal: Vec3, through: Bool[Array, "n"]) -> Vec3:
+    """A direction that was bent at an interpolated normal, on the side of the surface on which the ray goes on: what
+    would lie on the other side is turned until it grazes the surface.
+    """
+    side = where(through, -normal, normal)
+    short = jnp.maximum(GRAZING - dot(direction, side), 0)
+    return where(short > 0, normalise(direction + side * short), direction)
 
 
 def departure(at: Arrival, branch: Int[Array, "n"]) -> Departure:
@@ -79,6 +91,6 @@ def _total_reflection(tables: Tables, at: Arrival) -> tuple[Bool[Array, "n"], Bo
         rim, past = is_rim(square), square.value < 0
         return past | rim, past & ~rim
     bend = eta(tables, at)
-    sine = sine_squared(at.direction, at.normal, bend)
-    past = refraction_radicand(-dot(at.normal, at.direction), bend, sine) < 0
+    sine = sine_squared(at.direction, at.shading_normal, bend)
+    past = refraction_radicand(-dot(at.shading_normal, at.direction), bend, sine) < 0
     return past, past

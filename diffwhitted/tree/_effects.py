@@ -94,7 +94,7 @@ def _denser(asked: Asked) -> str | None:
 
 def _second_glass(asked: Asked) -> str | None:
     glass = asked.users("k_t")
-    if len(glass) < 2 or not any(thing.FAMILY.SOLID for thing in glass):
+    if len(glass) < 2 or not any(thing.solid for thing in glass):
         return None
     return f"objects {glass[0].name!r} and {glass[1].name!r} are both transparent"
 

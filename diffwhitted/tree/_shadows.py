@@ -22,7 +22,7 @@ from ..geometry import (
 )  # fmt: skip
 from ..illumination import before, glass_crossed, light_footprint, sees_light
 from ..numerics._stage import packed, stage
-from ..numerics._vector import lookup
+from ..numerics._vector import dot, lookup
 from ..records import member, member_count
 from ..scene import AbstractLight, Tables
 from ._arrival import Arrival
@@ -49,7 +49,7 @@ def shadows_at(tables: Tables, plan: Plan, at: Arrival, needed) -> tuple[Seen, .
         return ()
     blocks = None
     if plan.effects.tinted_shadows:
-        blocks = ~lookup(tables.transparent, tables.material_of)
+        blocks = tables.shapes.by_surface(~lookup(tables.transparent, tables.material_of))
     return tuple(
         for_lights(lights, lambda light, _: _seen(tables, plan, at, light, blocks, needed), ())
         for lights in tables.lights
@@ -68,8 +68,12 @@ def _seen(tables: Tables, plan: Plan, at: Arrival, light: AbstractLight, blocks,
     """What one light sees."""
     # The shading normal faces the eye, so a lit point sees its light on the side that the ray came from.
     departure = Departure(at.primitive, ~at.entering)
-    to_light, distance, _ = stage(needed, light.arriving, at.point)
-    ray, parts = Ray(at.point, to_light), ()
+    origin = at.point if at.lifted is None else at.lifted
+    to_light, distance, _ = stage(needed, light.arriving, origin)
+    ray, parts = Ray(origin, to_light), ()
+    # Leave out points that are turned away from the light, where each search of a ray takes its time.
+    if at.beam is None and any(boxes is not None for boxes in tables.shapes.boxes):
+        distance = jnp.where(dot(at.shading_normal, to_light) > 0, distance, 0)
     # Ask whether something blocks the way to the light.
     sees = stage(needed, lambda *a: sees_light(tables.shapes, *a, blocks), ray, departure, distance)
     if at.beam is not None:

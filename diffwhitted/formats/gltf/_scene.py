@@ -29,7 +29,7 @@ def gltf_scene(scene: Scene, source: str) -> Written:
     materials = []
     for name, material in scene.materials.items():
         mine = [thing for thing in scene.objects if thing.material == name and type(thing) in MESHES]
-        made, base = material_of(name, material, all(type(thing).FAMILY.SOLID for thing in mine), lost)
+        made, base = material_of(name, material, all(thing.solid for thing in mine), lost)
         textures.dress(made["pbrMetallicRoughness"], base, scene, name, [_points(scene, thing) for thing in mine], lost)
         materials.append(made)
     meshes, nodes = _meshes(scene, buffer, textures, lost)

@@ -83,7 +83,7 @@ def _add_things(root: Element, scene: Scene, stem: str, lost: Losses) -> dict[st
     for name in scene.materials:
         mine = [thing for thing in scene.objects if thing.material == name and type(thing) in MESHES]
         checker = _checker_of(scene, name, mine)
-        solid = all(type(thing).FAMILY.SOLID for thing in mine)
+        solid = all(thing.solid for thing in mine)
         add_material(root, scene, name, materials[name], checker is not None, solid, lost)
         boards[name] = checker
     for thing in scene.objects:

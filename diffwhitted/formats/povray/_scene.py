@@ -91,7 +91,7 @@ def _objects(scene: Scene, words: dict[str, str], lost: Losses) -> list[str]:
         lost.unknown(thing, [row.name for row in thing.ROWS], what)
         material = scene.materials[thing.material]
         clear, shape = bool(reflectances(material)["k_t"].any()), SHAPES[type(thing)](thing)
-        solid = clear and type(thing).FAMILY.SOLID
+        solid = clear and thing.solid
         inside = f" interior {{ ior {text(index(material))} }}" if solid else ""
         hidden = clear and scene.shadows == "opaque"
         shadowless = " no_shadow" if hidden or scene.shadows == "off" else ""

@@ -1,5 +1,6 @@
 """Tables of a scene file as models, read into records and written from them."""
 
+from pathlib import Path
 from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
@@ -13,6 +14,8 @@ from ._keys import KEYS, key
 def written(array):
     """Python numbers, as short as the precision of the array allows, that read back to the same bits."""
     array = np.asarray(array)
+    if array.dtype.kind in "iu":
+        return array.tolist()
     if array.ndim:
         return [written(part) for part in array]
     one = array[()]
@@ -37,10 +40,15 @@ class Entry(BaseModel):
             **{field: self.value(field, place, dtype) for field in fields if getattr(self, field) is not None},
         )
 
-    def value(self, field: str, place: str, dtype):
+    def located(self, folder: Path | None) -> "Entry":
+        """The same with its file named from the working folder, in place of the one that holds the scene file."""
+        named = getattr(self, "file", None)
+        return self if named is None or folder is None else self.model_copy(update={"file": str(folder / named)})
+
+    def value(self, field: str, place: str, dtype) -> Any:
         """The value of a field: numbers as an array, text and counts as they are."""
         value = getattr(self, field)
-        if not isinstance(value, (float, list)):
+        if not isinstance(value, (float, list)) or _of_whole_numbers(value):
             return value
         with np.errstate(over="ignore"):
             array = np.asarray(value, dtype)
@@ -65,6 +73,13 @@ class Entry(BaseModel):
             if value is not None
         }
         return {field: values[field] for field in cls.model_fields if values.get(field) is not None}
+
+
+def _of_whole_numbers(value) -> bool:
+    """Is it a list of lists of whole numbers, such as the faces of a mesh? What a key wants as real, the model makes
+    real.
+    """
+    return isinstance(value, list) and bool(value) and isinstance(value[0], list) and isinstance(value[0][0], int)
 
 
 def entry(

@@ -75,6 +75,15 @@ def _type(row: Row):
             return or_colour(one)
         case "vectors" | "colours":
             return listed(listed(one, 3, 3), *row.count)
+        case "pairs":
+            return listed(listed(one, 2, 2), *row.count)
+        case "list":
+            return Annotated[
+                Annotated[one, Tag("number")] | Annotated[listed(one, *row.count), Tag("list")],
+                Discriminator(lambda value: "list" if isinstance(value, list) else "number"),
+            ]
+        case "faces":
+            return listed(listed(int, 3), *row.count)
         case "choice":
             return Literal[row.choices]
     return str

@@ -65,7 +65,7 @@ def scene_text(scene: Scene, *, source: str = "scene", folder: Path | None = Non
         ],
         "texture": [_plain(TEXTURES, tables.texture, texture, name=name) for name, texture in scene.textures.items()],
         "material": [tables.material.plain(material, name=name) for name, material in scene.materials.items()],
-        "object": [_plain(OBJECTS, tables.object, thing) for thing in scene.objects],
+        "object": [_named_from(folder, _plain_object(tables.object, thing)) for thing in scene.objects],
         "shot": [tables.shot.plain(relative(shot, folder)) for shot in scene.shots],
     }
     try:
@@ -75,7 +75,7 @@ def scene_text(scene: Scene, *, source: str = "scene", folder: Path | None = Non
     with warnings.catch_warnings():
         # What there is to say of the scene was said when it was built.
         warnings.simplefilter("ignore", SceneNote)
-        _scene(file, scene.dtype, source, None)
+        _scene(file, scene.dtype, source, folder)
     return _dumped(plain)
 
 
@@ -120,7 +120,7 @@ def _scene(file, dtype, source: str, folder: Path | None) -> Scene:
         made = []
         for index, entry in enumerate(getattr(file, table)):
             try:
-                made.append(entry.record(place(table, index, getattr(entry, "name", None)), dtype))
+                made.append(entry.located(folder).record(place(table, index, getattr(entry, "name", None)), dtype))
             except SceneError as error:
                 faults.append(str(error))
         return made
@@ -205,6 +205,17 @@ def _plain_camera(name: str, camera) -> dict:
 def _plain(registry: Registry, entries: Mapping[str, type[Entry]], record, **stated) -> dict:
     registry.check(record, "this cannot be written to a scene file")
     return entries[record.written_type()].plain(record, **stated)
+
+
+def _plain_object(entries: Mapping[str, type[Entry]], thing) -> dict:
+    return _plain(OBJECTS, entries, thing, **dict.fromkeys(thing.left_out()))
+
+
+def _named_from(folder: Path | None, table: dict) -> dict:
+    """The table with its file named from the folder of the scene file."""
+    if folder is None or "file" not in table:
+        return table
+    return table | {"file": Path(os.path.relpath(table["file"], folder)).as_posix()}
 
 
 def _dumped(plain: Mapping) -> str:

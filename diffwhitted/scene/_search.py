@@ -1,0 +1,126 @@
+"""The surfaces of a scene as families, and the trees of boxes by which those of many members are searched.
+
+A tree is made on the host where the geometry is known, once for each geometry, and kept by its content. Within a
+program whose geometry is traced, or is no longer the one that the tree was made of, it is made anew.
+"""
+
+import hashlib
+from collections import OrderedDict
+from collections.abc import Iterator, Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool
+
+from ..geometry import AbstractSurfaces, Boxes, Shapes, Sheets, boxes_over, compiled, prepare
+from ..records import is_traced
+from ..shapes import OBJECTS, AbstractObject
+
+MANY, MANY_COMPILED = 256, 32
+"""A family of so many surfaces, or more, is searched by a tree; with machine code it pays earlier."""
+KEPT = 8
+"""Trees that are kept for geometry that comes again."""
+
+
+class Known(eqx.Module):
+    """A tree, and the geometry that it was made of."""
+
+    boxes: Boxes
+    columns: tuple[Array | None, ...]
+
+
+def shapes_of(objects: Sequence[AbstractObject], known: Sequence[Known | None], sheets: Sheets | None) -> Shapes:
+    """The families of numbered objects, each with the tree by which it is searched; differentiable in the geometry.
+
+    `known`: the trees of `known_boxes`, or none: then each is made here.
+    """
+    families, boxes, counts = [], [], []
+    for number, (kind, mine, columns) in enumerate(_kinds(objects)):
+        family = _family(kind, columns)
+        families.append(family)
+        counts += [thing.surfaces for thing in mine]
+        boxes.append(_current(family, columns, known[number] if known else None) if _searched(family) else None)
+    if all(count == 1 for count in counts):
+        return Shapes(tuple(families), sheets=sheets, boxes=tuple(boxes))
+    of = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
+    first = (np.cumsum(counts) - counts).astype(np.int32)
+    numbers = jnp.asarray(first), jnp.asarray(counts, jnp.int32)
+    return Shapes(tuple(families), jnp.asarray(of), sheets, tuple(boxes), numbers)
+
+
+def known_boxes(objects: Sequence[AbstractObject]) -> tuple[Known | None, ...]:
+    """For each family the tree of its surfaces, where it has many and nothing of them is traced."""
+    return tuple(_known(_family(kind, columns), columns) for kind, _, columns in _kinds(objects))
+
+
+def _kinds(objects: Sequence[AbstractObject]) -> Iterator[tuple[type[AbstractObject], list, tuple]]:
+    for kind in OBJECTS:
+        mine = [thing for thing in objects if type(thing) is kind]
+        if mine:
+            yield kind, mine, tuple(kind.columns(mine))
+
+
+@eqx.filter_jit
+def _family(kind: type[AbstractObject], columns: tuple) -> AbstractSurfaces:
+    return kind.family(*jax.tree.map(jnp.asarray, columns))
+
+
+def _searched(family: AbstractSurfaces) -> bool:
+    return family.BOUNDED and family.count >= (MANY_COMPILED if compiled(family) else MANY)
+
+
+def _known(family: AbstractSurfaces, columns: tuple) -> Known | None:
+    if not _searched(family) or any(map(is_traced, jax.tree.leaves(columns))):
+        return None
+    content = hashlib.blake2b(type(family).__name__.encode())
+    for column in jax.tree.leaves(columns):
+        array = np.ascontiguousarray(column)
+        content.update(f"{array.dtype}{array.shape}".encode())
+        content.update(array.data)
+    return _kept(content.digest(), family, columns)
+
+
+_trees: OrderedDict[bytes, Known] = OrderedDict()
+
+
+def _kept(content: bytes, family: AbstractSurfaces, columns: tuple) -> Known:
+    if content not in _trees:
+        with jax.ensure_compile_time_eval():
+            boxes = jax.tree.map(jnp.asarray, boxes_over(*jax.tree.map(np.asarray, _extent(family))))
+            _trees[content] = Known(boxes, jax.tree.map(jnp.asarray, columns))
+        if len(_trees) > KEPT:
+            _trees.popitem(last=False)
+    _trees.move_to_end(content)
+    return _trees[content]
+
+
+@eqx.filter_jit
+def _extent(family: AbstractSurfaces):
+    """Corners of the boxes (n, 3) twice, and the numbers of the surfaces."""
+    low, high = family.box()
+    return low.stacked(), high.stacked(), family.numbers()
+
+
+def _current(family: AbstractSurfaces, columns: tuple, known: Known | None) -> Boxes:
+    """The known tree, or one made here where the geometry may be, or is, another one."""
+    prepare(family)
+
+    def made(family):
+        return boxes_over(*_extent(family))
+
+    family = jax.lax.stop_gradient(family)
+    if known is None:
+        return (_known(family, columns) or Known(made(family), ())).boxes
+    if not any(map(is_traced, jax.tree.leaves(columns))):
+        return known.boxes
+    columns = jax.lax.stop_gradient(columns)
+    return jax.lax.cond(_same(columns, known.columns), lambda family: known.boxes, made, family)
+
+
+def _same(columns: tuple, others: tuple) -> Bool[Array, ""]:
+    same = jnp.bool_(True)
+    for one, other in zip(jax.tree.leaves(columns), jax.tree.leaves(others), strict=True):
+        same = same & (jnp.asarray(one) == other).all()
+    return same
