@@ -34,6 +34,11 @@ class AbstractSurfaces(eqx.Module):
         """How many there are in the family."""
         return jax.tree.leaves(self)[0].shape[0]
 
+    @property
+    def crossed_at_most(self) -> int:
+        """How often a line may cross all of them together."""
+        return 4 * self.count
+
     @abstractmethod
     def crossings(
         self, ray: Ray, on_it: Bool[Array, "*n"], inwards: Bool[Array, "*n"]
