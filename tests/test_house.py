@@ -209,7 +209,7 @@ def test_a_new_kind_is_refused_where_it_is_not_registered():
 
 
 def test_a_registry_refuses_what_breaks_its_contract():
-    class Nameless(unknown_kinds.Disc):
+    class Nameless(unknown_kinds.Coin):
         TYPE = "sphere"
 
     with pytest.raises(TypeError, match="the name 'sphere' is that of Sphere"):
@@ -291,7 +291,7 @@ def test_a_new_effect_is_explained(strange):
 @pytest.mark.filterwarnings("ignore::diffwhitted._errors.SceneNote")
 def test_a_new_kind_knows_points_only_until_it_states_a_footprint(strange):
     camera = strange.cameras["main"]
-    with pytest.warns(SceneNote, match=r"object 'plate' \(disc\) knows points only, so 4 x 4 points"):
+    with pytest.warns(SceneNote, match=r"object 'plate' \(coin\) knows points only, so 4 x 4 points"):
         averaged = diffwhitted.render(strange, camera, footprint=1)
     np.testing.assert_array_equal(averaged, diffwhitted.render(strange, camera, samples=4))
 
@@ -306,7 +306,7 @@ def test_numbers_of_a_new_kind_are_fitted(strange, picture):
 
 
 def test_a_fit_that_moves_the_edges_of_a_kind_without_a_footprint_is_refused(strange, picture):
-    with pytest.raises(fitting.FitError, match=r"object.plate.radius.* moves edges .* object 'plate' \(disc\)"):
+    with pytest.raises(fitting.FitError, match=r"object.plate.radius.* moves edges .* object 'plate' \(coin\)"):
         fitting.fit(strange, picture, free=["object.plate.radius"])
 
 

@@ -58,7 +58,7 @@ def test_what_no_format_knows_is_told(suffix, written):
     else:
         assert 'k_e of material "paint" is lost' in said
     if suffix in ("pov", "xml", "gltf"):
-        assert 'left out: object "plate" (disc)' in said and 'left out: light "tower" (beacon)' in said
+        assert 'left out: object "plate" (coin)' in said and 'left out: light "tower" (beacon)' in said
     for sentence in lost:
         inside = sentence.partition(": ")[2].replace("|", r"\|")
         plain = text.replace("\\*", "*").replace(r"\"", '"')

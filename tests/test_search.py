@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mesh_samples import ball, bumpy
 
-from diffwhitted.geometry import NOTHING, Boxes, Departure, Ray, boxes_over, compiled, searcher
+from diffwhitted.geometry import NOTHING, BoxTree, Departure, Ray, boxes_over, compiled, searcher
 from diffwhitted.numerics._vector import vec3
 from diffwhitted.shapes import Spheres, Triangles
 
@@ -26,7 +26,7 @@ def triangles(dtype, levels=3) -> Triangles:
     return Triangles(tuple(vec3(jnp.asarray(vertices[faces[:, k]], dtype)) for k in range(3)))
 
 
-def tree(family) -> Boxes:
+def tree(family) -> BoxTree:
     low, high = (np.asarray(corner.stacked()) for corner in family.box())
     return jax.tree.map(jnp.asarray, boxes_over(low, high, np.asarray(family.numbers())))
 

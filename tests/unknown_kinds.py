@@ -33,8 +33,8 @@ from diffwhitted.shapes import AbstractObject
 from diffwhitted.tree import Effect, including_effect
 
 
-class Discs(AbstractSurfaces):
-    """Flat discs."""
+class Coins(AbstractSurfaces):
+    """Flat discs, of one side."""
 
     centre: Vec3
     normal: Vec3
@@ -55,16 +55,16 @@ class Discs(AbstractSurfaces):
         return safe_divide(dot(self.normal, self.centre - ray.origin), towards), towards < 0
 
 
-class Disc(AbstractObject):
+class Coin(AbstractObject):
     """A flat disc."""
 
-    TYPE: ClassVar[str] = "disc"
+    TYPE: ClassVar[str] = "coin"
     ROWS: ClassVar[tuple[Row, ...]] = (
         Row("centre", "vector", "Centre, metres.", unit="m", scale="unbounded", moves="rays"),
         Row("normal", "direction", "Of its upper side.", nonzero=True, scale="unbounded", moves="rays"),
         Row("radius", "number", "Metres.", unit="m", lowest=0, excluded=True, scale="log", moves="rays"),
     )
-    FAMILY: ClassVar[type[AbstractSurfaces]] = Discs
+    FAMILY: ClassVar[type[AbstractSurfaces]] = Coins
 
     centre: Float[Array, "3"]
     normal: Float[Array, "3"]
@@ -78,7 +78,7 @@ class Disc(AbstractObject):
 
     @classmethod
     def family(cls, centre, normal, radius):
-        return Discs(vec3(centre), normalise(vec3(normal)), radius)
+        return Coins(vec3(centre), normalise(vec3(normal)), radius)
 
 
 class Beacon(AbstractLight):
@@ -207,7 +207,7 @@ GLOW = Effect(
 def known():
     """All of them, for the length of a `with` block."""
     with ExitStack() as stack:
-        kinds = (OBJECTS, Disc), (LIGHTS, Beacon), (TEXTURES, Ripples), (BACKGROUNDS, Dawn), (CAMERAS, Panorama)
+        kinds = (OBJECTS, Coin), (LIGHTS, Beacon), (TEXTURES, Ripples), (BACKGROUNDS, Dawn), (CAMERAS, Panorama)
         for registry, kind in kinds:
             stack.enter_context(registry.including(kind))
         stack.enter_context(including_coefficient(GLOW_ROW))
@@ -255,7 +255,7 @@ k_d = 0.2
 k_s = 0.4
 [[object]]
 name = "plate"
-type = "disc"
+type = "coin"
 centre = [0, -0.5, 0]
 normal = [0.1, 1, 0.2]
 radius = 1.4

@@ -4,16 +4,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..scene import Checker, Plane, Polygon, Sphere
+from ..scene import Box, Checker, Cone, Cylinder, Disc, Plane, Polygon, Polyhedron, Sphere, Torus
+from ._facets import Mesh, box, disc, frustum, polyhedron, torus
 from ._numbers import listed, plain
+from ._outlines import frame, triangulated
 
 RINGS, SECTORS = 32, 64
 """Of a sphere: its largest distance from the ball is 0.5 % of the radius."""
 WIDE = 100.0
 """Half the side of the square in place of a plane, in sizes of the scene."""
-
-Mesh = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Points (n, 3), unit normals (n, 3), triangles (m, 3), counter-clockwise seen from outside."""
 
 
 def ball() -> Mesh:
@@ -52,41 +51,18 @@ def plane(thing: Plane, middle: np.ndarray, reach: float) -> Mesh:
     return points, np.tile(normal, (4, 1)), np.asarray([[0, 1, 2], [0, 2, 3]])
 
 
-MESHES: dict[type, Callable[..., Mesh]] = {Sphere: sphere, Polygon: polygon, Plane: plane}
+MESHES: dict[type, Callable[..., Mesh]] = {
+    Sphere: sphere,
+    Polygon: polygon,
+    Plane: plane,
+    Box: box,
+    Disc: disc,
+    Cylinder: frustum,
+    Cone: frustum,
+    Torus: torus,
+    Polyhedron: polyhedron,
+}
 """A kind of shape is a function here: of the thing, and of the middle and the size of its scene."""
-
-
-def frame(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors square to a unit normal and to each other; with it they are right-handed."""
-    aside = np.eye(3)[np.argmin(abs(normal))]
-    across = np.cross(aside, normal)
-    across /= np.linalg.norm(across)
-    return across, np.cross(normal, across)
-
-
-def triangulated(points: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """Triangles (n - 2, 3) of a plane polygon without crossings: ears are cut off one by one."""
-    flat = points @ np.stack(frame(normal)).T
-    left, triangles = list(range(len(points))), []
-    while len(left) > 3:
-        place = next((k for k in range(len(left)) if _is_ear(flat, left, k)), 0)
-        triangles.append([left[place - 1], left[place], left[(place + 1) % len(left)]])
-        del left[place]
-    return np.asarray([*triangles, left])
-
-
-def _is_ear(flat: np.ndarray, left: list[int], place: int) -> bool:
-    corners = [left[place - 1], left[place], left[(place + 1) % len(left)]]
-    a, b, c = flat[corners]
-    others = flat[[k for k in left if k not in corners]]
-    # A corner that turns outwards, and nothing of the rest in its triangle.
-    sides = [_turn(p, q, others) for p, q in ((a, b), (b, c), (c, a))]
-    return _turn(a, b, c) > 0 and not np.all([side >= 0 for side in sides], axis=0).any()
-
-
-def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray):
-    """Twice the area of the triangle, positive counter-clockwise."""
-    return (b[0] - a[0]) * (c[..., 1] - a[1]) - (b[1] - a[1]) * (c[..., 0] - a[0])
 
 
 def checker_coordinates(checker: Checker, points: np.ndarray) -> np.ndarray | None:

@@ -47,7 +47,7 @@ def listed(numbers: Iterable[float], between: str = " ") -> str:
 
 def extent(scene: Scene) -> tuple[np.ndarray, float]:
     """Middle (3,) and radius of a sphere around what has an end; of what the cameras look at, if nothing has."""
-    balls = [thing.ball() for thing in scene.objects]
+    balls = [thing.ball() for thing in scene.placed_objects()]
     balls = [(middle, radius) for middle, radius in balls if np.isfinite(radius)]
     if not balls:
         balls = [(plain(camera.look_at), 1.0) for camera in scene.cameras.values()] or [(np.zeros(3), 1.0)]

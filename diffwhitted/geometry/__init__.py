@@ -1,7 +1,7 @@
 """Where a ray meets a surface. No colour, no light: rays in, hits out."""
 
 from ._asking import Asked, free, search
-from ._boxes import Boxes, boxes_over, outwards
+from ._boxes import BoxTree, boxes_over, outwards
 from ._compiled import compiled, prepare, searcher
 from ._edges import beside_small, curvature_at, hidden_parts, near_silhouettes, nearest_part, silhouette_of
 from ._footprint import (
@@ -23,7 +23,7 @@ from ._sheets import hidden_by_layers, in_order, layers_crossed, neighbours
 from ._surface import AbstractSurfaces
 
 __all__ = [
-    "GRAZING", "LEAST_COVERAGE", "NOTHING", "AbstractSurfaces", "Asked", "Boxes", "Departure", "Edge", "Footprint",
+    "GRAZING", "LEAST_COVERAGE", "NOTHING", "AbstractSurfaces", "Asked", "BoxTree", "Departure", "Edge", "Footprint",
     "Hit", "Ray", "Shapes", "Sheets", "beside_small", "blocked", "boxes_over", "containing", "compiled", "covered",
     "crosswise", "crossing_counts", "curvature_at", "edge_of", "free", "hidden_by_layers", "hidden_parts",
     "in_order", "layers_crossed", "near_silhouettes", "neighbours", "nearest", "nearest_part", "on_surface",

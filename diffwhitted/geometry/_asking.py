@@ -15,7 +15,7 @@ from jaxtyping import Array, Bool, Float
 from ..numerics._safe import length
 from ..numerics._stage import UNROLLED, repeated
 from ..numerics._vector import Vec3, lookup
-from ._boxes import Boxes
+from ._boxes import BoxTree
 from ._footprint import Footprint
 from ._ray import NOTHING, Departure, Ray
 from ._walk import walk
@@ -62,7 +62,7 @@ def free(shape: tuple[int, ...]) -> Departure:
 
 def search(
     family: Any,
-    boxes: Boxes | None,
+    boxes: BoxTree | None,
     meet: Callable,
     asked: Asked,
     found,

@@ -24,7 +24,7 @@ ROW = 8
 of the cache."""
 
 
-class Boxes(eqx.Module):
+class BoxTree(eqx.Module):
     """The tree: arrays only, arguments of a program."""
 
     rows: Float[Array, "numbers"]
@@ -39,7 +39,7 @@ class Boxes(eqx.Module):
         return self.leaf.shape[0]
 
 
-def boxes_over(low: Any, high: Any, members: Any = None) -> Boxes:
+def boxes_over(low: Any, high: Any, members: Any = None) -> BoxTree:
     """The tree over surfaces with these boxes, whose corners are (n, 3) each; on the host where they are NumPy's.
 
     `members`: the numbers of each surface, (n, numbers), or None (see `AbstractSurfaces.numbers`).
@@ -70,7 +70,7 @@ def boxes_over(low: Any, high: Any, members: Any = None) -> Boxes:
     nodes.append(xp.zeros_like(nodes[-1]))
     if members is not None:
         members = members[xp.maximum(leaf, 0)].reshape(-1)
-    return Boxes(xp.concatenate(nodes[::-1]).reshape(-1), leaf, members)
+    return BoxTree(xp.concatenate(nodes[::-1]).reshape(-1), leaf, members)
 
 
 def outwards(low: Vec3, high: Vec3) -> tuple[Vec3, Vec3]:

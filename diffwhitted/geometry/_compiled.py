@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool
 
-from ._boxes import Boxes
+from ._boxes import BoxTree
 from ._ray import Departure, Ray, Sheets
 from ._surface import AbstractSurfaces
 
@@ -38,7 +38,7 @@ def prepare(family: AbstractSurfaces) -> None:
         _machine().target(type(family).KERNEL, jax.tree.leaves(family)[0].dtype.name)
 
 
-def searcher(family: AbstractSurfaces, boxes: Boxes | None, sheets: Sheets | None) -> Any:
+def searcher(family: AbstractSurfaces, boxes: BoxTree | None, sheets: Sheets | None) -> Any:
     """What answers `nearest`, `blocked` and `crossing_counts` of a family: machine code, or the family itself.
 
     Where surfaces lie in one place the family itself does: it knows what is in the same sheet.
@@ -54,18 +54,18 @@ class _Compiled(eqx.Module):
     target: str = eqx.field(static=True)
     count: int = eqx.field(static=True)
 
-    def nearest(self, ray: Ray, departure: Departure, boxes: Boxes):
+    def nearest(self, ray: Ray, departure: Departure, boxes: BoxTree):
         distance, number, crossing, _ = self._call(NEAREST, ray, departure, jnp.inf, boxes)
         return distance, number, crossing
 
-    def blocked(self, ray: Ray, departure: Departure, limit, blocks, boxes: Boxes) -> Bool[Array, "n"]:
+    def blocked(self, ray: Ray, departure: Departure, limit, blocks, boxes: BoxTree) -> Bool[Array, "n"]:
         every = jnp.ones(self.count, jnp.int32) if blocks is None else jnp.asarray(blocks).astype(jnp.int32)
         return self._call(ANY, ray, departure, limit, boxes, every)[1] >= 0
 
-    def crossing_counts(self, ray: Ray, departure: Departure, limit, kinds, count: int, boxes: Boxes):
+    def crossing_counts(self, ray: Ray, departure: Departure, limit, kinds, count: int, boxes: BoxTree):
         return tuple(self._call(COUNT, ray, departure, limit, boxes, kinds, count)[3])
 
-    def _call(self, mode: int, ray: Ray, departure: Departure, limit, boxes: Boxes, flags=None, count: int = 0):
+    def _call(self, mode: int, ray: Ray, departure: Departure, limit, boxes: BoxTree, flags=None, count: int = 0):
         shape, dtype = ray.origin.shape, boxes.rows.dtype
         flags = jnp.zeros(1, jnp.int32) if flags is None else flags
         # Surfaces that a ray runs past are left out of counts one by one below: there are two at most.

@@ -15,7 +15,7 @@ from jaxtyping import Array, Bool, Float, Int
 from ..numerics._safe import normalise
 from ..numerics._stage import repeated
 from ..numerics._vector import Vec3, dot, lookup, where
-from ._boxes import Boxes
+from ._boxes import BoxTree
 from ._compiled import searcher
 from ._hit import Hit
 from ._ray import NOTHING, Departure, Ray, Sheets
@@ -34,12 +34,12 @@ class Shapes(eqx.Module):
 
     sheets: Sheets | None = None
     """Which surfaces lie in one place; None where that is not looked at."""
-    boxes: tuple[Boxes | None, ...] = ()
+    boxes: tuple[BoxTree | None, ...] = ()
     """For each family the tree of boxes by which it is searched; None, or none at all: every surface is asked."""
     surfaces_of: tuple[Int[Array, "objects"], Int[Array, "objects"]] | None = None
     """The first surface of each object, and how many it has; None where each object is one."""
 
-    def searched(self) -> Iterator[tuple[int, AbstractSurfaces, Boxes | None]]:
+    def searched(self) -> Iterator[tuple[int, AbstractSurfaces, BoxTree | None]]:
         """(number of its first surface, family, the tree by which it is searched) for each family."""
         for k, (first, family) in enumerate(self.numbered()):
             yield first, family, self.boxes[k] if self.boxes else None

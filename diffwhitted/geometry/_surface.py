@@ -21,7 +21,7 @@ from ..numerics._coverage import Linear, is_cut
 from ..numerics._stage import UNROLLED, repeated
 from ..numerics._vector import Vec3, dot, where
 from ._asking import Asked, search
-from ._boxes import Boxes, outwards
+from ._boxes import BoxTree, outwards
 from ._footprint import LEAST_COVERAGE, Footprint
 from ._ray import NOTHING, Departure, Ray
 
@@ -52,6 +52,11 @@ class AbstractSurfaces(eqx.Module):
     def count(self) -> int:
         """How many there are in the family."""
         return jax.tree.leaves(self)[0].shape[0]
+
+    @property
+    def crossed_at_most(self) -> int:
+        """How often a line may cross all of them together."""
+        return 4 * self.count
 
     @abstractmethod
     def crossings(
@@ -96,7 +101,7 @@ class AbstractSurfaces(eqx.Module):
         """Is the point inside? A sheet holds no volume."""
         return jnp.zeros(point.shape, bool)
 
-    def holds(self, first, count, point: Vec3, boxes: Boxes | None = None) -> Bool[Array, "n"]:
+    def holds(self, first, count, point: Vec3, boxes: BoxTree | None = None) -> Bool[Array, "n"]:
         """Is the point inside the object that the `count` members from `first` on make up? By default inside any."""
         del boxes
 
@@ -166,7 +171,7 @@ class AbstractSurfaces(eqx.Module):
         return repeated(self.count, one, carry, unrolled)
 
     def nearest(
-        self, ray: Ray, departure: Departure, boxes: Boxes | None = None
+        self, ray: Ray, departure: Departure, boxes: BoxTree | None = None
     ) -> tuple[Float[Array, "n"], Int[Array, "n"], Int[Array, "n"]]:
         """Distance (infinity on a miss), number and crossing of the first surface ahead."""
 
@@ -185,7 +190,7 @@ class AbstractSurfaces(eqx.Module):
         departure: Departure,
         limit,
         blocks: Sequence[bool] | Bool[Array, "members"] | None,
-        boxes: Boxes | None = None,
+        boxes: BoxTree | None = None,
     ) -> Bool[Array, "n"]:
         """Does a member, of those with `blocks` where that is given, lie on the ray nearer than `limit`?"""
 
@@ -204,7 +209,7 @@ class AbstractSurfaces(eqx.Module):
         limit,
         kinds: Int[Array, "members"],
         count: int,
-        boxes: Boxes | None = None,
+        boxes: BoxTree | None = None,
     ) -> tuple[Int[Array, "n"], ...]:
         """How many surfaces of each kind 0 .. count - 1 the ray crosses before `limit`."""
 
@@ -218,7 +223,7 @@ class AbstractSurfaces(eqx.Module):
         return search(self, boxes, counted, Asked(ray, departure, limit), none)
 
     def near_silhouettes(
-        self, ray: Ray, reach: Float[Array, "n"], growth, boxes: Boxes | None = None
+        self, ray: Ray, reach: Float[Array, "n"], growth, boxes: BoxTree | None = None
     ) -> Bool[Array, "n"]:
         """May the silhouette of some member lie within `reach` + `growth` times the distance of the ray's line?"""
 
@@ -228,7 +233,7 @@ class AbstractSurfaces(eqx.Module):
         no = jnp.zeros(ray.origin.shape, bool)
         return search(self, boxes, either, Asked.wide(ray, reach, growth), no, content=lambda found: found)
 
-    def nearest_part(self, ray: Ray, footprint: Footprint, departure: Departure, boxes: Boxes | None = None):
+    def nearest_part(self, ray: Ray, footprint: Footprint, departure: Departure, boxes: BoxTree | None = None):
         """The nearest member that covers part of the pixel: its distance, number, crossing, side, and whether its
         silhouette cuts the pixel. Where as many surfaces are left out already as a departure can name,
         silhouettes do not count.
@@ -255,7 +260,7 @@ class AbstractSurfaces(eqx.Module):
         return search(self, boxes, closer, asked, best, lambda _, best: best[0], unrolled=1)
 
     def hidden_parts(
-        self, ray: Ray, footprint: Footprint, departure: Departure, limit, blocks, found, boxes: Boxes | None = None
+        self, ray: Ray, footprint: Footprint, departure: Departure, limit, blocks, found, boxes: BoxTree | None = None
     ):
         """`found` = whether the way to `limit` is blocked for the whole footprint, and the members that stand in part
         of it (-1 for a free place to name one), continued over these members. Further ones count whole or not at all.
@@ -278,7 +283,7 @@ class AbstractSurfaces(eqx.Module):
 
         return search(self, boxes, either, Asked.over(ray, footprint, departure, limit), found, unrolled=1)
 
-    def beside_small(self, ray: Ray, reach, growth, limit, boxes: Boxes | None = None) -> Bool[Array, "n"]:
+    def beside_small(self, ray: Ray, reach, growth, limit, boxes: BoxTree | None = None) -> Bool[Array, "n"]:
         """Does the ray pass, before `limit`, by a member so small that it may lie between it and the next, `reach` +
         `growth` times the distance away?
         """

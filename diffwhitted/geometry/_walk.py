@@ -14,7 +14,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Int
 
 from ..numerics._vector import Vec3, where
-from ._boxes import ROW, Boxes
+from ._boxes import ROW, BoxTree
 
 LANES_AT_ONCE = 4096
 STEPS = 16
@@ -34,7 +34,9 @@ class _Lanes(eqx.Module):
     found: object
 
 
-def walk(boxes: Boxes, enter: Callable, meet: Callable, content: Callable | None, asked, found, idle: Bool[Array, "n"]):
+def walk(
+    boxes: BoxTree, enter: Callable, meet: Callable, content: Callable | None, asked, found, idle: Bool[Array, "n"]
+):
     """What rays find in a tree: `found`, continued over the surfaces whose boxes they meet.
 
     `asked` and `found` are pytrees of arrays over the rays, the questions and the answers so far.

@@ -32,8 +32,8 @@ def glass_crossed(
 
 
 def count_bits(shapes: Shapes) -> int:
-    """Bits that hold how many surfaces a straight line may cross, at four crossings a surface."""
-    return (4 * shapes.count).bit_length()
+    """Bits that hold how many surfaces a straight line may cross."""
+    return sum(family.crossed_at_most for family in shapes.families).bit_length()
 
 
 def tint(k_t: Vec3, crossed: Int[Array, "n"], bits: int) -> Vec3:

@@ -4,12 +4,14 @@ Each record has a table of rows, one a key. The check of a value when a record i
 their schema, the bounds and units of a fit and the names of its unknowns are all read from it.
 """
 
+import operator
 from dataclasses import dataclass
 from math import inf, isfinite
 from typing import Any, Final, Literal
 
 import numpy as np
 
+from .._errors import SceneError
 from ._checks import is_traced, number_array, require
 from ._scale import SCALES, Scale, ScaleName
 
@@ -17,8 +19,8 @@ REQUIRED: Final = object()
 """In place of a default: the key must be stated."""
 
 Kind = Literal[
-    "number", "vector", "direction", "colour", "number or colour", "numbers", "vectors", "colours", "pairs", "list",
-    "faces", "text", "file", "choice",
+    "number", "vector", "direction", "colour", "number or colour", "number or vector", "numbers", "list", "vectors",
+    "pairs", "colours", "matrix", "faces", "flag", "text", "file", "choice",
 ]  # fmt: skip
 Moves = Literal["nothing", "patterns", "shadows", "rays"]
 Freedom = Literal["each", "turn", "roll", "flat"]
@@ -29,6 +31,8 @@ _SHAPES = {
     "direction": ((3,),),
     "colour": ((), (3,)),
     "number or colour": ((), (3,)),
+    "number or vector": ((), (3,)),
+    "matrix": ((4, 4),),
 }
 
 
@@ -81,7 +85,7 @@ class Row:
     @property
     def numeric(self) -> bool:
         """Does it hold numbers, which a fit may look for?"""
-        return self.kind not in ("faces", "text", "file", "choice")
+        return self.kind not in ("text", "file", "choice", "flag", "matrix", "faces")
 
     @property
     def coloured(self) -> bool:
@@ -101,6 +105,23 @@ class Row:
     def measured_in(self) -> Scale:
         """Its scale."""
         return SCALES[self.scale]
+
+    def _faces(self, value, place: str) -> tuple[tuple[int, ...], ...]:
+        """Lists of numbers of corners."""
+        try:
+            found = tuple(tuple(operator.index(corner) for corner in face) for face in value)
+        except TypeError as error:
+            raise SceneError(f"{place}: {self.name} is not a list of lists of whole numbers") from error
+        few, most = self.count
+        if not few <= len(found) <= (most or len(found)):
+            end = f" to {most}" if most else " on"
+            raise SceneError(f"{place}: {self.name} has {len(found)} entries; allowed is from {few}{end}")
+        short = next((number for number, face in enumerate(found) if len(face) < 3), None)
+        if short is not None:
+            raise SceneError(
+                f"{place}: {self.name}: entry {short} has {len(found[short])} corners; allowed is 3 or more"
+            )
+        return found
 
     def components(self, shape: tuple[int, ...]) -> tuple[str, ...]:
         """The names of its numbers for a value of that shape, such as "r" or "2.y"; none for one number."""
@@ -136,8 +157,14 @@ class Row:
             return ""
         return self.below
 
-    def read(self, value, place: str):
+    def read(self, value, place: str) -> Any:
         """`value` as an array of this row, or `SceneError` naming the place, the value and what is allowed."""
+        if self.kind == "flag":
+            if isinstance(value, (bool, np.bool_)):
+                return bool(value)
+            raise SceneError(f"{place}: {self.name} = {value!r}; allowed is true or false")
+        if self.kind == "faces":
+            return self._faces(value, place)
         each = 2 if self.kind == "pairs" else 3
         listed = ((len(self.parts),),) if self.kind == "numbers" else ((entries(value), each),)
         listed = ((), (entries(value),)) if self.kind == "list" else listed

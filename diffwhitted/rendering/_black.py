@@ -25,14 +25,15 @@ def _reasons(scene: Scene, camera: AbstractCamera, plan: Plan) -> Iterator[str]:
         yield "there is no object, and the background is black; add an [[object]]"
         return
     eye = np.asarray(camera.look_from, np.float64)
-    closed = [thing for thing in scene.objects if thing.solid and not _some(_material(scene, thing).k_t)]
+    placed = scene.placed_objects()
+    closed = [thing for thing in placed if thing.solid and not _some(_material(scene, thing).k_t)]
     # Where the camera is, and what is before it.
     places = [place for light in scene.lights if (place := light.place()) is not None]
     for thing in closed:
         if thing.holds(eye) and not any(map(thing.holds, places)):
             yield f"the camera is inside object {thing.name!r}, which lets no light in (k_t = 0); move one of the two"
-    if all(map(_outside_of_view(camera), scene.objects)):
-        behind = "behind the camera" if all(map(_behind(camera), scene.objects)) else "outside the view of the camera"
+    if all(map(_outside_of_view(camera), placed)):
+        behind = "behind the camera" if all(map(_behind(camera), placed)) else "outside the view of the camera"
         yield f"every object is {behind}, and the background is black; change look_from, look_at or vfov_deg"
     # What could bring light.
     used = {thing.material: _material(scene, thing) for thing in scene.objects}.values()

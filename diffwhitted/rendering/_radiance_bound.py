@@ -4,8 +4,8 @@
     hit(p) = local(p) + k_s out(p) + k_t in(p) from outside,  local(p) + k_s in(p) + k_t out(p) from inside,
 
 from 0 upwards, level by level, so that after n rounds no tree of n levels is brighter. `local` is all that ambient
-light and lamps can do. A surface that a ray leaves is not what it meets next unless the ray is inside of it (all
-shapes are convex), and what lies apart from a solid is never met from within it. Where total internal reflection is
+light and lamps can do. A convex surface that a ray leaves is not what it meets next unless the ray is inside of
+it, and what lies apart from a solid is never met from within it. Where total internal reflection is
 possible the reflected side may pass on everything in place of k_s and k_t. From outside a sphere that stands alone it
 is not: a ray that was refracted into it meets its surface at the same angle from within.
 """
@@ -53,7 +53,7 @@ def radiance_bounds(scene: Scene, camera: AbstractCamera, plan: Plan) -> np.ndar
         dark = dark & bodies.outside_of(light)
     within = np.where(dark[:, None], ambient, local)
     # Find what a ray may meet next, and where total internal reflection is possible.
-    near, others = bodies.near(), ~np.eye(len(objects), dtype=bool)
+    near, others = bodies.near(), ~np.diag(bodies.once)
     alone = bodies.round & ~(near & others).any(axis=1) & ~bodies.holding(*camera.starts())
     everything = plan.effects.total_internal_reflection and plan.total_reflection_is_full
     total = (everything & k_t.any(axis=1) & ~alone)[:, None]
@@ -124,6 +124,8 @@ class _Bodies:
     """Of the bounding spheres; infinite for what has no end."""
     convex: np.ndarray
     """Convex bodies with an end: a ray within meets only what touches them."""
+    once: np.ndarray
+    """What is convex: a ray that leaves it outwards does not meet it again."""
     round: np.ndarray
     """Their bounding spheres themselves."""
     planes: tuple[int, ...]
@@ -133,12 +135,14 @@ class _Bodies:
     def of(cls, objects: tuple[AbstractObject, ...]) -> "_Bodies":
         balls = [thing.ball() for thing in objects]
         radius = np.asarray([r for _, r in balls])
-        solid = np.asarray([thing.CONVEX and thing.solid for thing in objects], bool)
+        once = np.asarray([thing.is_convex() for thing in objects], bool)
+        solid = once & np.asarray([thing.solid for thing in objects], bool)
         return cls(
             objects,
             np.stack([m for m, _ in balls]) if balls else np.zeros((0, 3)),
             radius,
             solid & np.isfinite(radius),
+            once,
             np.asarray([kind.ROUND for kind in map(type, objects)], bool),
             tuple(k for k, thing in enumerate(objects) if thing.half_space() is not None),
         )

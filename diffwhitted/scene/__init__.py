@@ -1,7 +1,23 @@
 """What is there: inert records of objects, materials, lights and cameras."""
 
 from ..records import DEEPEST, Row, depth_number, is_traced, nearest_name, shortest, whole_number
-from ..shapes import OBJECTS, AbstractObject, Mesh, Plane, Polygon, Sphere, SphereSet
+from ..shapes import (
+    OBJECTS,
+    POSE,
+    AbstractObject,
+    Box,
+    Cone,
+    Cylinder,
+    Disc,
+    Mesh,
+    Plane,
+    Polygon,
+    Polyhedron,
+    Quadric,
+    Sphere,
+    SphereSet,
+    Torus,
+)
 from ._coefficients import BY_NAME, COEFFICIENTS, coefficients, including_coefficient
 from ._material import HIGHLIGHTS, HighlightModel, Material, textured_rows
 from ._names import coefficient_value, replace_coefficient
@@ -26,12 +42,13 @@ from .textures import TEXTURES, AbstractTexture, Checker
 
 __all__ = [
     "AbstractBackground", "AbstractCamera", "AbstractLight", "AbstractObject", "AbstractTexture", "BACKGROUNDS",
-    "BY_NAME", "CAMERAS", "COEFFICIENTS", "Camera", "Checker", "ConstantBackground", "DEEPEST", "DirectionalLight",
-    "FAMILIES", "GradientBackground", "HIGHLIGHTS", "HighlightModel", "LIGHTS", "Marks", "Material", "OBJECTS",
-    "Mesh", "OrthographicCamera", "Parameter", "PixelFilter", "Plane", "PointLight", "Polygon", "Precision", "Row",
-    "Scene", "ShadowModel", "Sheet", "Shot", "Sphere", "SphereSet", "TEXTS", "TEXTURES", "Tables",
-    "TotalReflection", "VIEW", "WITHOUT_NAME", "check_footprint", "coefficient_value", "coefficients",
-    "depth_number", "find_parameter", "float_dtype", "including_coefficient", "is_traced", "marks_of",
+    "BY_NAME", "Box", "CAMERAS", "COEFFICIENTS", "Camera", "Checker", "Cone", "ConstantBackground", "Cylinder",
+    "DEEPEST", "DirectionalLight", "Disc", "FAMILIES", "GradientBackground", "HIGHLIGHTS", "HighlightModel", "LIGHTS",
+    "Marks", "Material", "Mesh", "OBJECTS", "OrthographicCamera", "POSE", "Parameter", "PixelFilter", "Plane",
+    "PointLight", "Polygon", "Polyhedron", "Precision", "Quadric", "Row", "Scene", "ShadowModel", "Sheet", "Shot",
+    "Sphere", "SphereSet", "TEXTS", "TEXTURES", "Tables", "Torus", "TotalReflection", "VIEW", "WITHOUT_NAME",
+    "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter", "float_dtype",
+    "including_coefficient", "is_traced", "marks_of",
     "material_names", "near", "nearest_name", "numbered_objects", "parameter_value", "parameters",
     "replace_coefficient", "replace_parameter", "shared_sheets", "shortest", "tabulate", "texture_names",
     "textured_rows", "whole_number",

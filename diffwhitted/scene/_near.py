@@ -29,7 +29,7 @@ def near(scene: Scene, camera: AbstractCamera) -> tuple[Scene, AbstractCamera]:
     origin = np.asarray(camera.look_from).astype(np.float32).astype(np.float64)
     moved = changed(
         scene,
-        objects=tuple(thing.moved(-origin) for thing in scene.objects),
+        objects=tuple(thing.moved(-origin) for thing in scene.placed_objects()),
         lights=tuple(light.moved(-origin) for light in scene.lights),
         textures={name: texture.moved(-origin) for name, texture in scene.textures.items()},
         cameras={name: one.moved(-origin) for name, one in scene.cameras.items()},

@@ -97,7 +97,7 @@ class Scene(eqx.Module):
         self.total_internal_reflection = total_internal_reflection
         self._check_settings()
         self._check_references()
-        give_notes(self.objects, self.materials, self.lights, self.cameras, self.background)
+        give_notes(self.placed_objects(), self.materials, self.lights, self.cameras, self.background)
 
     @property
     def dtype(self):
@@ -106,6 +106,10 @@ class Scene(eqx.Module):
     @property
     def precision(self) -> Precision:
         return "float64" if self.dtype == jnp.float64 else "float32"
+
+    def placed_objects(self) -> tuple[AbstractObject, ...]:
+        """The objects where their transforms have taken them."""
+        return tuple(thing.as_placed() for thing in self.objects)
 
     def with_cutoff(self, cutoff: float | None) -> "Scene":
         """The scene with another cutoff; None leaves it as it is."""

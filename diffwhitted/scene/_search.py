@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool
 
-from ..geometry import AbstractSurfaces, Boxes, Shapes, Sheets, boxes_over, compiled, prepare
+from ..geometry import AbstractSurfaces, BoxTree, Shapes, Sheets, boxes_over, compiled, prepare
 from ..records import is_traced
 from ..shapes import OBJECTS, AbstractObject
 
@@ -27,7 +27,7 @@ KEPT = 8
 class Known(eqx.Module):
     """A tree, and the geometry that it was made of."""
 
-    boxes: Boxes
+    boxes: BoxTree
     columns: tuple[Array | None, ...]
 
 
@@ -103,7 +103,7 @@ def _extent(family: AbstractSurfaces):
     return low.stacked(), high.stacked(), family.numbers()
 
 
-def _current(family: AbstractSurfaces, columns: tuple, known: Known | None) -> Boxes:
+def _current(family: AbstractSurfaces, columns: tuple, known: Known | None) -> BoxTree:
     """The known tree, or one made here where the geometry may be, or is, another one."""
     prepare(family)
 

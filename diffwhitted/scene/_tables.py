@@ -78,8 +78,9 @@ class Tables(eqx.Module):
 
 
 def numbered_objects(scene: Scene) -> tuple[AbstractObject, ...]:
-    """The objects in the order of their numbers in the ray tree."""
-    return tuple(thing for kind in OBJECTS for thing in scene.objects if type(thing) is kind)
+    """The objects in the order of their numbers in the ray tree, where their transforms have taken them."""
+    placed = scene.placed_objects()
+    return tuple(thing for kind in OBJECTS for thing in placed if type(thing) is kind)
 
 
 def material_names(scene: Scene) -> list[str]:

@@ -1,15 +1,25 @@
 """What can be there: a shape a file, with the record that a scene holds and the family that rays meet."""
 
+from ._box import Box, Boxes
+from ._cone import Cone
+from ._cylinder import Cylinder
+from ._disc import Disc, Discs
+from ._frusta import Frusta
 from ._kinds import OBJECTS
 from ._mesh import Mesh
 from ._object import AbstractObject
 from ._plane import Plane, Planes
 from ._polygon import Polygon, Polygons
+from ._polyhedron import Faces, Polyhedra, Polyhedron
+from ._pose import POSE
+from ._quadric import Quadric, Quadrics
 from ._sphere import Sphere, Spheres
 from ._sphere_set import SphereSet
+from ._torus import Tori, Torus
 from ._triangles import Triangles
 
 __all__ = [
-    "OBJECTS", "AbstractObject", "Mesh", "Plane", "Planes", "Polygon", "Polygons", "Sphere", "SphereSet", "Spheres",
-    "Triangles",
+    "AbstractObject", "Box", "Boxes", "Cone", "Cylinder", "Disc", "Discs", "Faces", "Frusta", "Mesh", "OBJECTS",
+    "POSE", "Plane", "Planes", "Polygon", "Polygons", "Polyhedra", "Polyhedron", "Quadric", "Quadrics", "Sphere",
+    "SphereSet", "Spheres", "Tori", "Torus", "Triangles",
 ]  # fmt: skip

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from .._errors import SceneError
 from ..geometry import AbstractSurfaces
 from ..numerics._vector import vec3
-from ..records import Row, is_traced
+from ..records import Row, changed, is_traced
 from ._facets import (
     as_triangles,
     checked_faces,
@@ -24,6 +24,7 @@ from ._facets import (
 )  # fmt: skip
 from ._mesh_file import read_mesh
 from ._object import AbstractObject, joined, same_numbers
+from ._pose import by_rows
 from ._triangles import Triangles
 
 SHADING = ("flat", "phong")
@@ -125,6 +126,14 @@ class Mesh(AbstractObject):
         if not self.closed or is_traced(self.vertices):
             return False
         return signed_volume(np.asarray(self.vertices, np.float64), np.asarray(self.faces)) < 0
+
+    def transformed(self, linear, shift, place: str) -> "Mesh":
+        """Vertices go along, and normals stay square to the faces: by the transposed inverse."""
+        there = by_rows(self, linear, shift, place)
+        if self.normals is None:
+            return there
+        inverse = (jnp if is_traced(linear) else np).linalg.inv(linear)
+        return changed(there, normals=self.normals @ inverse)
 
     @classmethod
     def columns(cls, objects: Sequence[Any]) -> list:

@@ -12,7 +12,8 @@ from jaxtyping import Array, Float
 
 from ..geometry import AbstractSurfaces
 from ..numerics._vector import Vec3
-from ..records import Row, is_traced, moved, stacked
+from ..records import Row, changed, in_dtype, is_traced, moved, stacked
+from ._pose import NAMES, POSE, affine, by_rows, stated_pose
 
 
 class AbstractObject(eqx.Module):
@@ -21,7 +22,7 @@ class AbstractObject(eqx.Module):
     A new shape states `TYPE`, `ROWS`, `FAMILY`, `family`, and its fields with their checks.
 
     `name` and `material` are static fields (`eqx.field(static=True)`); `__init__` takes them, the rows by their names,
-    and `place`, which is what messages call the record."""
+    and `place`, which is what messages call the record. The keys of `POSE` every shape has without stating them."""
 
     TYPE: ClassVar[str]
     """What scene files call it."""
@@ -41,6 +42,17 @@ class AbstractObject(eqx.Module):
 
     name: eqx.AbstractVar[str]
     material: eqx.AbstractVar[str]
+    scale: Float[Array, "*three"] | None = eqx.field(default=None, kw_only=True)
+    rotate_deg: Float[Array, "3"] | None = eqx.field(default=None, kw_only=True)
+    translate: Float[Array, "3"] | None = eqx.field(default=None, kw_only=True)
+    matrix: Float[Array, "4 4"] | None = eqx.field(default=None, kw_only=True)
+
+    def __init_subclass__(cls, **keys):
+        super().__init_subclass__(**keys)
+        if "ROWS" in cls.__dict__:
+            cls.ROWS = (*cls.ROWS, *POSE)
+        if "ALSO" in cls.__dict__:
+            cls.ALSO = {name: (*rows, *POSE) for name, rows in cls.ALSO.items()}
 
     @classmethod
     @abstractmethod
@@ -50,7 +62,39 @@ class AbstractObject(eqx.Module):
     @classmethod
     def columns(cls, objects: Sequence["AbstractObject"]) -> list:
         """The numbers of each row, stacked over the objects."""
-        return [stacked([getattr(thing, row.name) for thing in objects]) for row in cls.ROWS if row.numeric]
+        rows = [row for row in cls.ROWS if row.numeric and row.name not in NAMES]
+        return [stacked([getattr(thing, row.name) for thing in objects]) for row in rows]
+
+    def placed(self, *, scale=None, rotate_deg=None, translate=None, matrix=None, place: str | None = None):
+        """The same, scaled about the origin by a number or three, then turned about x, y and z by degrees, then moved
+        by metres; or all of it by a matrix (4, 4), whose last row is 0, 0, 0, 1. In place of any transform before.
+
+        Raises `SceneError` for a value that is not allowed, and for what makes of the shape one that has no name.
+        """
+        place = place or f"object {self.name!r}"
+        stated = stated_pose(place, scale=scale, rotate_deg=rotate_deg, translate=translate, matrix=matrix)
+        there = changed(self, **stated)
+        there.as_placed(place)
+        return there
+
+    def as_placed(self, place: str | None = None):
+        """The same without a transform: its own numbers are those of where it is. Differentiable."""
+        if all(getattr(self, name) is None for name in NAMES):
+            return self
+        bare = changed(self, **dict.fromkeys(NAMES))
+        there = self.transformed(*affine(self), place or f"object {self.name!r}")
+        real = [leaf for leaf in jax.tree.leaves(bare) if jnp.issubdtype(leaf.dtype, jnp.floating)]
+        return in_dtype(changed(there, **dict.fromkeys(NAMES)), jnp.result_type(*real))
+
+    def transformed(self, linear, shift, place: str) -> "AbstractObject":
+        """The same where each of its points p has become `linear` p + `shift`, (3, 3) and (3,). By default its rows
+        say what becomes of them.
+        """
+        return by_rows(self, linear, shift, place)
+
+    def is_convex(self) -> bool:
+        """`CONVEX`, of this very object."""
+        return self.CONVEX
 
     @property
     def surfaces(self) -> int:

@@ -109,6 +109,12 @@ class Plane(AbstractObject):
         along = sum(shifted(self.normal, 0)[k] * by[k] for k in range(3))
         return changed(self, offset=self.offset + along if is_traced(along) else shifted(self.offset, along))
 
+    def transformed(self, linear, shift, place: str) -> "Plane":
+        """n.x = offset becomes (n L^-1).y = offset + (n L^-1).shift."""
+        own = jnp if is_traced(linear) else np
+        normal = own.linalg.inv(linear).T @ self.normal
+        return changed(self, normal=normal, offset=self.offset + normal @ shift)
+
     def size(self) -> Float[Array, ""]:
         return jnp.full_like(self.offset, jnp.inf)
 

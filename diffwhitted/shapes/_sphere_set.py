@@ -13,8 +13,9 @@ from jaxtyping import Array, Float
 from .._errors import SceneError
 from ..geometry import AbstractSurfaces
 from ..numerics._vector import vec3
-from ..records import Row, is_traced, number_array, require
+from ..records import Row, changed, is_traced, number_array, require
 from ._object import AbstractObject, joined, same_numbers
+from ._pose import even_growth
 from ._sphere import Spheres
 
 FILES = (".npz", ".csv")
@@ -75,6 +76,12 @@ class SphereSet(AbstractObject):
     @property
     def surfaces(self) -> int:
         return len(self.centres)
+
+    def transformed(self, linear, shift, place: str) -> "SphereSet":
+        """Radii grow as all lengths do. Raises `SceneError` for what makes balls of no kind."""
+        return changed(
+            self, centres=self.centres @ linear.T + shift, radii=self.radii * even_growth(self, linear, place)
+        )
 
     @classmethod
     def columns(cls, objects: Sequence[Any]) -> list:

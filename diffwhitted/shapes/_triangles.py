@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..geometry import AbstractSurfaces, Asked, Boxes, Ray, free, outwards, search
+from ..geometry import AbstractSurfaces, Asked, BoxTree, Ray, free, outwards, search
 from ..numerics._safe import normalise, power_of_two, safe_divide
 from ..numerics._vector import Vec3, cross, dot, where
 
@@ -113,7 +113,7 @@ class Triangles(AbstractSurfaces):
             u, v = u + share * one, v + share * other
         return u, v
 
-    def holds(self, first, count, point: Vec3, boxes: Boxes | None = None) -> Bool[Array, "n"]:
+    def holds(self, first, count, point: Vec3, boxes: BoxTree | None = None) -> Bool[Array, "n"]:
         """Is the point inside a closed mesh: does a ray from it cross the triangles of the mesh an odd number of
         times?
         """

@@ -45,7 +45,7 @@ class Asked:
     @cached_property
     def sheets(self) -> tuple[Sheet, ...]:
         """The surfaces in which transparent objects touch others."""
-        return shared_sheets(self.scene.objects, {thing.name for thing in self.users("k_t")})
+        return shared_sheets(self.scene.placed_objects(), {thing.name for thing in self.users("k_t")})
 
 
 def calls_for(scene: Scene, material: str, coefficient: str, free: Collection[str] = ()) -> str | None:

@@ -172,7 +172,7 @@ class _Trial:
         if up is not None and abs(direction @ up) > UPRIGHT * np.linalg.norm(up):
             return False
         place = self.place_of(direction)
-        return self.thing.far or not any(thing.holds(place) for thing in self.asked.scene.objects)
+        return self.thing.far or not any(thing.holds(place) for thing in self.asked.scene.placed_objects())
 
     def score(self, direction: np.ndarray) -> tuple[int, float]:
         """Rank, and minus the sum of the logarithms of the standard errors in each one's own scale."""

@@ -48,7 +48,7 @@ def scene_size(scene: Scene) -> float:
     """
     corners = [np.asarray(camera.look_from, np.float64) for camera in scene.cameras.values()]
     corners += [place for light in scene.lights if (place := light.place()) is not None]
-    for thing in scene.objects:
+    for thing in scene.placed_objects():
         middle, radius = thing.ball()
         if isfinite(radius):
             corners += [middle - radius, middle + radius]

@@ -28,7 +28,7 @@ def gltf_scene(scene: Scene, source: str) -> Written:
     lost.say("ambient light and background are lost, and how shadows and mirrors are traced is up to the viewer")
     materials = []
     for name, material in scene.materials.items():
-        mine = [thing for thing in scene.objects if thing.material == name and type(thing) in MESHES]
+        mine = [thing for thing in scene.placed_objects() if thing.material == name and type(thing) in MESHES]
         made, base = material_of(name, material, all(thing.solid for thing in mine), lost)
         textures.dress(made["pbrMetallicRoughness"], base, scene, name, [_points(scene, thing) for thing in mine], lost)
         materials.append(made)
@@ -63,7 +63,7 @@ def _meshes(scene: Scene, buffer: Buffer, textures: Textures, lost: Losses):
     meshes, nodes, shared = [], [], None
     numbers = {name: number for number, name in enumerate(scene.materials)}
     size = extent(scene)
-    for thing in scene.objects:
+    for thing in scene.placed_objects():
         if type(thing) not in MESHES:
             lost.say(f"left out: {{}} ({thing.written_type()})", ("object", thing.name))
             continue

@@ -81,12 +81,12 @@ def _add_things(root: Element, scene: Scene, stem: str, lost: Losses) -> dict[st
     materials = words_of(scene.materials, "material_")
     files = words_of([thing.name for thing in scene.objects], f"{stem}_", longest=len(stem) + 40)
     for name in scene.materials:
-        mine = [thing for thing in scene.objects if thing.material == name and type(thing) in MESHES]
+        mine = [thing for thing in scene.placed_objects() if thing.material == name and type(thing) in MESHES]
         checker = _checker_of(scene, name, mine)
         solid = all(thing.solid for thing in mine)
         add_material(root, scene, name, materials[name], checker is not None, solid, lost)
         boards[name] = checker
-    for thing in scene.objects:
+    for thing in scene.placed_objects():
         what = ("object", thing.name)
         if type(thing) not in MESHES:
             lost.say(f"left out: {{}} ({thing.written_type()})", what)

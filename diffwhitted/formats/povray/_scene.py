@@ -83,7 +83,7 @@ def _lights(scene: Scene, lost: Losses) -> list[str]:
 
 def _objects(scene: Scene, words: dict[str, str], lost: Losses) -> list[str]:
     found = []
-    for thing in scene.objects:
+    for thing in scene.placed_objects():
         what = ("object", thing.name)
         if type(thing) not in SHAPES:
             lost.say(f"left out: {{}} ({thing.written_type()})", what)

@@ -8,6 +8,7 @@ from pydantic import BaseModel, create_model
 
 from ..._errors import SceneError
 from ...records import Registry, Row, shortest
+from ...shapes import POSE
 from ._keys import KEYS, key
 
 
@@ -21,6 +22,11 @@ def written(array):
     one = array[()]
     short = shortest(one)
     return short if array.dtype.type(short) == one else float(one)
+
+
+def _listed(value) -> Any:
+    """Lists of lists of whole numbers as they are."""
+    return [list(part) for part in value] if isinstance(value, tuple) else written(value)
 
 
 class Entry(BaseModel):
@@ -48,7 +54,7 @@ class Entry(BaseModel):
     def value(self, field: str, place: str, dtype) -> Any:
         """The value of a field: numbers as an array, text and counts as they are."""
         value = getattr(self, field)
-        if not isinstance(value, (float, list)) or _of_whole_numbers(value):
+        if not isinstance(value, (float, list)) or field == "faces":
             return value
         with np.errstate(over="ignore"):
             array = np.asarray(value, dtype)
@@ -68,18 +74,22 @@ class Entry(BaseModel):
             stated = {"type": get_args(cls.model_fields["type"].annotation)[0]} | stated
         held = {field: getattr(record, field, None) for field in cls.model_fields if field not in stated}
         values = stated | {
-            field: value if isinstance(value, (str, int)) else written(value)
+            field: value if isinstance(value, (str, int)) else _listed(value)
             for field, value in held.items()
             if value is not None
         }
         return {field: values[field] for field in cls.model_fields if values.get(field) is not None}
 
 
-def _of_whole_numbers(value) -> bool:
-    """Is it a list of lists of whole numbers, such as the faces of a mesh? What a key wants as real, the model makes
-    real.
-    """
-    return isinstance(value, list) and bool(value) and isinstance(value[0], list) and isinstance(value[0][0], int)
+class ObjectEntry(Entry):
+    """One object, and where it is placed."""
+
+    def record(self, place: str, dtype):
+        fields = [field for field in type(self).model_fields if field != "type" and getattr(self, field) is not None]
+        stated = {field: self.value(field, place, dtype) for field in fields}
+        pose = {row.name: stated.pop(row.name) for row in POSE if row.name in stated}
+        thing = self.made(place=place, **stated)
+        return thing.placed(**pose, place=place) if pose else thing
 
 
 def entry(
@@ -94,10 +104,12 @@ def entry(
     return made
 
 
-def entries(registry: Registry, takes_name: bool, default: str | None = None, **keys) -> dict[str, type[Entry]]:
+def entries(
+    registry: Registry, takes_name: bool, default: str | None = None, base: type[Entry] = Entry, **keys
+) -> dict[str, type[Entry]]:
     """The models of a family, by the type that a file states, or that it need not state."""
     return {
-        name: entry(name, kind, rows, takes_name, **keys, type=(Literal[name], name if name == default else ...))
+        name: entry(name, kind, rows, takes_name, base, **keys, type=(Literal[name], name if name == default else ...))
         for kind in registry
         for name, rows in {kind.TYPE: kind.ROWS, **kind.ALSO}.items()
     }

@@ -71,8 +71,14 @@ def _type(row: Row):
             return listed(one, 3, 3)
         case "numbers":
             return listed(one, len(row.parts), len(row.parts))
-        case "number or colour":
+        case "number or colour" | "number or vector":
             return or_colour(one)
+        case "matrix":
+            return listed(listed(one, 4, 4), 4, 4)
+        case "faces":
+            return listed(listed(int, 3), *row.count)
+        case "flag":
+            return bool
         case "vectors" | "colours":
             return listed(listed(one, 3, 3), *row.count)
         case "pairs":

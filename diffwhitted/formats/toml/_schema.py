@@ -26,7 +26,7 @@ from ...scene import (
     textured_rows,
 )
 from ._cameras import cameras, one_camera
-from ._entries import Entry, entries, entry
+from ._entries import Entry, ObjectEntry, entries, entry
 from ._keys import KEYS, Colour, MaterialName, Name, ObjectName, key, listed, number, optional
 from ._shots import ShotTable, shot_fields
 
@@ -67,7 +67,7 @@ class FileModels:
 
     def __init__(self):
         named = {"name": (ObjectName, ...), "material": (MaterialName, ...)}
-        self.object = entries(OBJECTS, True, **named)
+        self.object = entries(OBJECTS, True, base=ObjectEntry, **named)
         self.light = entries(
             LIGHTS, True, name=(str, optional("Name of the light, one of a kind; light_1, ... by default."))
         )
