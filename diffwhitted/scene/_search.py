@@ -40,7 +40,8 @@ def shapes_of(objects: Sequence[AbstractObject], known: Sequence[Known | None], 
     for number, (kind, mine, columns) in enumerate(_kinds(objects)):
         family = _family(kind, columns)
         families.append(family)
-        counts += [thing.surfaces for thing in mine]
+        single = kind.surfaces is AbstractObject.surfaces
+        counts += [1] * len(mine) if single else [thing.surfaces for thing in mine]
         boxes.append(_current(family, columns, known[number] if known else None) if _searched(family) else None)
     if all(count == 1 for count in counts):
         return Shapes(tuple(families), sheets=sheets, boxes=tuple(boxes))

@@ -140,12 +140,17 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
 
 
 def marks_of(
-    scene: Scene, free: Collection[str] = (), where_traced: bool = True, shared: Sequence[Sheet] = ()
+    scene: Scene,
+    free: Collection[str] = (),
+    where_traced: bool = True,
+    shared: Sequence[Sheet] = (),
+    searched: bool = True,
 ) -> Marks:
     """The marks of a scene whose values are known, or as far as they are: what is traced may be anything.
 
     `free`: names of coefficients ("glass.k_s") whose derivative is wanted although they may be zero; `where_traced`:
-    that of all traced ones is; `shared`: the surfaces in one place (see `shared_sheets`).
+    that of all traced ones is; `shared`: the surfaces in one place (see `shared_sheets`); `searched`: the
+    trees of boxes are wanted too, for a scene that will be traced with other numbers or the same ones.
     """
     names, objects = material_names(scene), numbered_objects(scene)
 
@@ -166,14 +171,14 @@ def marks_of(
     for kind in OBJECTS:
         mine = [thing for thing in objects if type(thing) is kind]
         if mine:
-            found = [first + k for k, o in enumerate(mine) if o.solid and o.material in clear_names]
+            found = [first + k for k, o in enumerate(mine) if o.material in clear_names and o.solid]
             solids.append(_with_room(found))
             first += len(mine)
     return Marks(
         {"k_s": wanted("k_s"), "k_t": wanted("k_t")},
         _with_room(np.flatnonzero(clear)),
         tuple(solids),
-        boxes=known_boxes(objects),
+        boxes=known_boxes(objects) if searched else (),
         sheets=sheets_of(objects, shared, {thing.name for thing in objects if thing.material in clear_names}),
     )
 

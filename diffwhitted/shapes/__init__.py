@@ -7,7 +7,7 @@ from ._disc import Disc, Discs
 from ._frusta import Frusta
 from ._kinds import OBJECTS
 from ._mesh import Mesh
-from ._object import AbstractObject
+from ._object import AbstractObject, has_pose
 from ._plane import Plane, Planes
 from ._polygon import Polygon, Polygons
 from ._polyhedron import Faces, Polyhedra, Polyhedron
@@ -21,5 +21,5 @@ from ._triangles import Triangles
 __all__ = [
     "AbstractObject", "Box", "Boxes", "Cone", "Cylinder", "Disc", "Discs", "Faces", "Frusta", "Mesh", "OBJECTS",
     "POSE", "Plane", "Planes", "Polygon", "Polygons", "Polyhedra", "Polyhedron", "Quadric", "Quadrics", "Sphere",
-    "SphereSet", "Spheres", "Tori", "Torus", "Triangles",
+    "SphereSet", "Spheres", "Tori", "Torus", "Triangles", "has_pose",
 ]  # fmt: skip

@@ -79,7 +79,7 @@ class AbstractObject(eqx.Module):
 
     def as_placed(self, place: str | None = None):
         """The same without a transform: its own numbers are those of where it is. Differentiable."""
-        if all(getattr(self, name) is None for name in NAMES):
+        if not has_pose(self):
             return self
         bare = changed(self, **dict.fromkeys(NAMES))
         there = self.transformed(*affine(self), place or f"object {self.name!r}")
@@ -152,6 +152,12 @@ class AbstractObject(eqx.Module):
         """Is the point (3,) inside the volume that it bounds?"""
         x, y, z = (jnp.asarray([c], float) for c in np.asarray(place, np.float64))
         return bool(self.alone().contains(Vec3(x, y, z))[0])
+
+
+def has_pose(thing: AbstractObject) -> bool:
+    """Does a transform take it anywhere? Scenes have thousands of objects, so their fields are looked at directly."""
+    held = vars(thing)
+    return any(held.get(name) is not None for name in NAMES)
 
 
 def joined(parts: Sequence):

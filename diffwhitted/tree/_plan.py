@@ -210,7 +210,8 @@ def make_plan(
 def tables_of(scene: Scene, plan: Plan) -> Tables:
     """The scene as tables, with the marks that the plan asks for; outside a program, as names are read here."""
     shared = plan.shared if plan.effects.shared_surfaces else ()
-    return tabulate(scene, marks_of(scene, plan.at_work, where_traced=plan.zero_weights, shared=shared))
+    marks = marks_of(scene, plan.at_work, where_traced=plan.zero_weights, shared=shared, searched=False)
+    return tabulate(scene, marks)
 
 
 def unmeasured_plan(scene: Scene, camera: AbstractCamera, *, max_depth: int | None, footprint: int | None) -> Plan:
