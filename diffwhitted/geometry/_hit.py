@@ -28,3 +28,5 @@ class Hit(eqx.Module):
     """The normal that light sees: the geometric one, unless the surface interpolates or perturbs it."""
     distance: Float[Array, "*n"]
     """Along the ray, in metres (zero for a miss)."""
+    uv: tuple[Float[Array, "*n"], Float[Array, "*n"]] | None = None
+    """Texture coordinates u and v that the surface brings along; None where no shape of the scene has any."""

@@ -10,6 +10,7 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
+from .._errors import SceneError
 from ._checks import is_traced, number_array, require
 from ._scale import SCALES, Scale, ScaleName
 
@@ -17,7 +18,8 @@ REQUIRED: Final = object()
 """In place of a default: the key must be stated."""
 
 Kind = Literal[
-    "number", "vector", "direction", "colour", "number or colour", "numbers", "vectors", "colours", "text", "choice"
+    "number", "vector", "direction", "colour", "number or colour", "numbers", "vectors", "colours", "texels", "text",
+    "choice",
 ]
 Moves = Literal["nothing", "patterns", "shadows", "rays"]
 Freedom = Literal["each", "turn", "roll", "flat"]
@@ -79,8 +81,8 @@ class Row:
 
     @property
     def numeric(self) -> bool:
-        """Does it hold numbers, which a fit may look for?"""
-        return self.kind not in ("text", "choice")
+        """Does it hold numbers that have names, one by one, and that a fit may look for?"""
+        return self.kind not in ("texels", "text", "choice")
 
     @property
     def coloured(self) -> bool:
@@ -103,7 +105,7 @@ class Row:
 
     def components(self, shape: tuple[int, ...]) -> tuple[str, ...]:
         """The names of its numbers for a value of that shape, such as "r" or "2.y"; none for one number."""
-        if not shape:
+        if not shape or self.kind == "texels":
             return ()
         names = self.parts or (("r", "g", "b") if self.coloured or self.kind == "colours" else ("x", "y", "z"))
         return tuple(f"{k}.{name}" for k in range(shape[0]) for name in names) if len(shape) == 2 else names
@@ -136,11 +138,21 @@ class Row:
     def read(self, value, place: str):
         """`value` as an array of this row, or `SceneError` naming the place, the value and what is allowed."""
         listed = ((len(self.parts),),) if self.kind == "numbers" else ((entries(value), 3),)
+        if self.kind == "texels":
+            listed = (_picture_shape(value, place, self.name),)
         shapes = _SHAPES.get(self.kind, listed)
         array = number_array(value, place, self.name, shapes)
         if self.allowed():
             require(self.holds, place, self.name, array, self.allowed(), self.advice(array))
         return array if self.kind != "colour" or array.shape else array * np.ones(3, array.dtype)
+
+
+def _picture_shape(value, place: str, name: str) -> tuple[int, ...]:
+    """The shape of a picture of at least one texel. Raises `SceneError` for anything else."""
+    shape = np.shape(value)
+    if len(shape) != 3 or shape[2] != 3 or not shape[0] * shape[1]:
+        raise SceneError(f"{place}: {name} has shape {shape}; allowed is (height, width, 3), linear RGB")
+    return shape
 
 
 def entries(value) -> int:

@@ -11,6 +11,7 @@ from ._parameters import (
     WITHOUT_NAME,
     Parameter,
     find_parameter,
+    maps,
     parameter_value,
     parameters,
     replace_parameter,
@@ -22,16 +23,16 @@ from ._tables import Marks, Tables, marks_of, material_names, numbered_objects, 
 from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground, GradientBackground
 from .cameras import CAMERAS, VIEW, AbstractCamera, Camera, OrthographicCamera
 from .lights import LIGHTS, AbstractLight, DirectionalLight, PointLight
-from .textures import TEXTURES, AbstractTexture, Checker
+from .textures import TEXTURES, AbstractTexture, Checker, ImageTexture, TexturePoint
 
 __all__ = [
     "AbstractBackground", "AbstractCamera", "AbstractLight", "AbstractObject", "AbstractTexture", "BACKGROUNDS",
     "BY_NAME", "CAMERAS", "COEFFICIENTS", "Camera", "Checker", "ConstantBackground", "DEEPEST", "DirectionalLight",
-    "FAMILIES", "GradientBackground", "HIGHLIGHTS", "HighlightModel", "LIGHTS", "Marks", "Material", "OBJECTS",
+    "FAMILIES", "GradientBackground", "HIGHLIGHTS", "HighlightModel", "ImageTexture", "LIGHTS", "Marks", "Material", "OBJECTS",
     "OrthographicCamera", "Parameter", "PixelFilter", "Plane", "PointLight", "Polygon", "Precision", "Row", "Scene",
-    "ShadowModel", "Sheet", "Shot", "Sphere", "TEXTS", "TEXTURES", "Tables", "TotalReflection", "VIEW",
+    "ShadowModel", "Sheet", "Shot", "Sphere", "TEXTS", "TEXTURES", "Tables", "TexturePoint", "TotalReflection", "VIEW",
     "WITHOUT_NAME", "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter",
-    "float_dtype", "including_coefficient", "is_traced", "marks_of", "material_names", "near", "nearest_name",
+    "float_dtype", "including_coefficient", "is_traced", "maps", "marks_of", "material_names", "near", "nearest_name",
     "numbered_objects", "parameter_value", "parameters", "replace_coefficient", "replace_parameter", "shared_sheets",
     "shortest", "tabulate", "texture_names", "textured_rows", "whole_number",
 ]  # fmt: skip

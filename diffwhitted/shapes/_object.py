@@ -37,6 +37,8 @@ class AbstractObject(eqx.Module):
     """It is its own bounding sphere."""
     FLAT: ClassVar[bool] = False
     """It lies in one plane, and so never stands between its own points and a light."""
+    HAS_UV: ClassVar[bool] = False
+    """Its points have texture coordinates of their own."""
 
     name: eqx.AbstractVar[str]
     material: eqx.AbstractVar[str]

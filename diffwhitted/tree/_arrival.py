@@ -47,6 +47,8 @@ class Beam(eqx.Module):
     edge: Edge
     departure: Departure | None
     """Where the ray set out; None in the replay, which does not search."""
+    uv_steps: tuple[tuple[Float[Array, "n"], Float[Array, "n"]], ...] | None = None
+    """The change of the texture coordinates along each side of the pixel; None: not known."""
 
 
 class Arrival(eqx.Module):
@@ -68,6 +70,8 @@ class Arrival(eqx.Module):
     """The object whose index counts on the inner side; None: the object itself."""
     beam: Beam | None
     """None where rays have no footprint."""
+    uv: tuple[Float[Array, "n"], Float[Array, "n"]] | None = None
+    """Texture coordinates that the object brings along; None where no shape of the scene has any."""
 
 
 def arrival(hit: Hit, direction: Vec3, outside, inside, beam: Beam | None) -> Arrival:
@@ -83,4 +87,5 @@ def arrival(hit: Hit, direction: Vec3, outside, inside, beam: Beam | None) -> Ar
         outside,
         inside,
         beam,
+        hit.uv,
     )
