@@ -151,7 +151,7 @@ PUBLIC = {
     """,
     "fitting": """
         FitError FitResult FitStage FitStep FitView FittedCoefficient HeldOut Identification
-        Suggestion Target Tradeoff WildPixel fit identify only suggest tradeoff tradeoff_figure
+        Suggestion Target TextureFit Tradeoff WildPixel fit fit_texture identify only suggest tradeoff tradeoff_figure
     """,
 }
 """What others may rely on. A change of this list is a line in CHANGELOG.md."""
