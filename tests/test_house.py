@@ -57,6 +57,7 @@ LAYERS = (
     "fitting._restricted",
     "fitting._prediction",
     "fitting._fit",
+    "fitting._fit_texture",
     "fitting.planning",
     "fitting.telling",
     "fitting.comparing",

@@ -18,10 +18,13 @@ from ..problem._map_view import MapView
 
 DAMPING = 1e-6
 """Share of the median diagonal entry that is added in a step: what is hardly seen moves little."""
-STILL = 1e-5
-"""A step of a smaller share of the largest texel is none."""
+STILL = 1e-6
+"""A step whose mean square is a smaller share of the largest texel's is none, root for root."""
+SETTLED = 0.01
+"""Nor is one of a smaller part of the standard errors, in the mean over the texels."""
 CURVED = 1e-3
-"""The rows are asked for anew where a step changed the pictures otherwise than they said, by more than this share."""
+"""The rows are asked for anew where a step changed the pictures otherwise than they said, by more than this share of what
+is left over."""
 LEAST = 1e-8
 """A texel with a smaller share of the largest diagonal entry is not seen."""
 MOST_PRODUCTS = 200
@@ -57,8 +60,9 @@ def solve_map(
         if rows is None:
             rows = [map_rows(view, texels.astype(dtype)) for view in views]
             factors = _factors(views, rows)
-        step = _step(views, rows, factors, texels.astype(dtype), pictures)
-        if abs(step).max() <= STILL * max(abs(texels).max(), 1e-3):
+        step, gain = _step(views, rows, factors, texels.astype(dtype), pictures)
+        small = np.sqrt(np.mean(step**2)) <= STILL * max(abs(texels).max(), 1e-3)
+        if small or gain <= SETTLED**2 * loss**2 * texels.size:
             converged = True
             break
         if step_count == max_steps:
@@ -73,7 +77,7 @@ def solve_map(
             # What is left is rounding.
             converged = True
             break
-        if _surprise(rows, share * step, pictures, after) > CURVED:
+        if _surprise(views, rows, share * step, pictures, after) > CURVED * loss:
             rows = None
         texels, pictures = new, after
     rows = rows or [map_rows(view, texels.astype(dtype)) for view in views]
@@ -107,8 +111,8 @@ def _factors(views, rows) -> list[tuple[np.ndarray, Banded | None]]:
     return found
 
 
-def _step(views, rows, factors, texels, pictures) -> Texels:
-    """The solution of the normal equations."""
+def _step(views, rows, factors, texels, pictures) -> tuple[Texels, float]:
+    """The solution of the normal equations, and what it takes off the sum of squares."""
     wanted = [view.weight**2 * (view.target - shown) for view, shown in zip(views, pictures, strict=True)]
     whole = all(mine.known[view.weight.any(axis=-1)].all() for view, mine in zip(views, rows, strict=True))
     if whole:
@@ -116,14 +120,16 @@ def _step(views, rows, factors, texels, pictures) -> Texels:
         gradient = np.stack(
             [sum(m.channels[c].T @ w[..., c].ravel() for m, w in pairs) for c in range(3)], axis=-1
         ).reshape(texels.shape)
-        return _preconditioned(factors, gradient)
+        step = _preconditioned(factors, gradient)
+        return step, float((gradient * step).sum())
     gradient = sum(view.back(texels, w) for view, w in zip(views, wanted, strict=True))
 
     def product(way: Texels) -> Texels:
         ways = way[None].astype(texels.dtype)
         return sum(view.back(texels, view.weight**2 * view.along(texels, ways)[0]) for view in views)
 
-    return _conjugate_gradients(product, lambda g: _preconditioned(factors, g), gradient)
+    step = _conjugate_gradients(product, lambda g: _preconditioned(factors, g), gradient)
+    return step, float((gradient * step).sum())
 
 
 def _preconditioned(factors, gradient: Texels) -> Texels:
@@ -162,12 +168,10 @@ def _loss(views, pictures) -> float:
     return float(np.sqrt(np.mean(np.concatenate([s[v.weight > 0] for s, v in zip(squares, views, strict=True)]))))
 
 
-def _surprise(rows, step: Texels, before, after) -> float:
-    """By what share the pictures changed otherwise than the rows say."""
-    apart, moved = 0.0, 0.0
-    for mine, old, new in zip(rows, before, after, strict=True):
+def _surprise(views, rows, step: Texels, before, after) -> float:
+    """By how much the pictures changed otherwise than the rows say, weighted as residuals are."""
+    apart = []
+    for view, mine, old, new in zip(views, rows, before, after, strict=True):
         said = np.stack([mine.channels[c] @ step[..., c].ravel() for c in range(3)], axis=-1).reshape(old.shape)
-        known = mine.known
-        apart += float(((new - old - said)[known] ** 2).sum())
-        moved += float(((new - old)[known] ** 2).sum())
-    return (apart / moved) ** 0.5 if moved else 0.0
+        apart.append((view.weight * (new - old - said))[mine.known].ravel())
+    return float(np.sqrt(np.mean(np.concatenate(apart) ** 2)))

@@ -79,7 +79,7 @@ def scene_text(scene: Scene, *, source: str = "scene", folder: Path | None = Non
     with warnings.catch_warnings():
         # What there is to say of the scene was said when it was built.
         warnings.simplefilter("ignore", SceneNote)
-        _scene(file, scene.dtype, source, folder)
+        _scene(file, scene.dtype, source, None, scene.textures)
     return _dumped(plain)
 
 
@@ -117,14 +117,20 @@ def _broken(message: str, text: str, source: str) -> str:
     return f"{source}: line {line}, column {column}: broken TOML: {what}; the line is {said}"
 
 
-def _scene(file, dtype, source: str, folder: Path | None) -> Scene:
+def _scene(file, dtype, source: str, folder: Path | None, known: Mapping | None = None) -> Scene:
+    """The scene of a file that was read; `known`: textures whose pictures need not be read again."""
     faults = []
+
+    def record(table: str, index: int, entry: Entry):
+        if known and getattr(entry, "file", None) is not None:
+            return known[entry.name]  # pyright: ignore[reportAttributeAccessIssue] a texture has a name
+        return located(entry, folder).record(place(table, index, getattr(entry, "name", None)), dtype)
 
     def records(table: str) -> list:
         made = []
         for index, entry in enumerate(getattr(file, table)):
             try:
-                made.append(located(entry, folder).record(place(table, index, getattr(entry, "name", None)), dtype))
+                made.append(record(table, index, entry))
             except SceneError as error:
                 faults.append(str(error))
         return made
