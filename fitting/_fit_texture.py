@@ -28,13 +28,14 @@ DOUBTFUL = 6.0
 class TextureFit:
     """What the pictures say of the texels of a texture.
 
-    texels: (height, width, 3), row 0 on top; those that are unseen stay near their start. scene: with these texels, and 0
-    where one is below.
-    standard_errors: (height, width, 3), NaN where unseen. seen: (height, width), whether the pictures determine the texel.
+    texels: (height, width, 3), row 0 on top; those that are unseen stay near their start. scene: with these texels, and
+    0 where one is below.
+    standard_errors: (height, width, 3), NaN where unseen. seen: (height, width), whether the pictures determine the
+    texel.
     residual: root mean square of picture - target, over the pixels that count. noise: the standard deviation of a pixel,
-    of what the fit left over where none was stated.
-    left_out: pixels that see the map in places too far apart to be told from each other: they count in the texels, and
-    not in the standard errors, which are the larger for it.
+    of what the fit left over; NaN where it was stated.
+    left_out: pixels that see the map in places too far apart to be told from each other: they count in the texels and
+    not in the standard errors, which are larger for it.
     pictures: what each target looks like now, by name.
     status: "converged", "misfit" (more is left than the stated noise can be) or "not_converged".
     """
@@ -75,8 +76,8 @@ def fit_texture(
 
     Gauss and Newton's method: one step where the pictures are linear in the texels, as those of k_d are where the map
     does not light or mirror itself. A standard error is the root of the diagonal of the inverse normal matrix, exactly,
-    times the noise: what the targets state, or else what is left over. Raises `FitError` for a texture that is not there,
-    is no image, or is worn by nothing that is seen.
+    times the noise: what the targets state, or else what is left over. Raises `FitError` for a texture that is not
+    there, is no image, or is worn by nothing that is seen.
     """
     start = perf_counter()
     parameter = _map_of(scene, texture)

@@ -23,23 +23,25 @@ NOISE = 1e-3
 
 
 def room(texels=TRUE, mirror=0.0, precision="float64", file=None, footprint=0):
-    """A wall with the map, a ball before it, a floor that may be a mirror; two cameras."""
+    """A wall with the map, a ball before it, a floor that may be a mirror and show the map itself; two cameras."""
     return dw.Scene(
         objects=[
             dw.Polygon("wall", [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], "paint"),
             dw.Sphere("ball", (0.5, 0.3, 0.8), 0.3, "plain"),
-            dw.Plane("floor", (0, 1, 0), -1, "glossy"),
+            dw.Plane("floor", (0, 1, 0), -0.6 if mirror else -1, "glossy"),
         ],
         materials={
             "paint": dw.Material(k_d=0.9, k_a=0.05, k_h=0, k_d_texture="map"),
             "plain": dw.Material(k_d=0.3, k_a=0.1, k_h=0),
-            "glossy": dw.Material(k_d=0.2, k_a=0.1, k_h=0, k_s=mirror),
+            "glossy": dw.Material(k_d=0.2, k_a=0.1, k_h=0, k_s=mirror, k_d_texture="map" if mirror else None),
         },
         lights=[dw.PointLight((1, 2, 4), 1.0), dw.PointLight((-2, 1, 4), (0.5, 0.4, 0.3))],
         textures={"map": dw.ImageTexture(texels, mapping="planar", origin=(-1, -1, 0), edge_u=(2, 0, 0),
                                          edge_v=(0, 2, 0), wrap="clamp", file=file)},
-        cameras={"left": dw.Camera((-1, 0, 2.5), (0, 0, 0), 45, *SMALL), "right": dw.Camera((1.2, 0, 2.2), (0, 0, 0), 45,
-                                                                                           *SMALL)},
+        cameras={
+            name: dw.Camera(place, (0, 0, 0), 45, *SMALL)
+            for name, place in (("left", (-1, 0, 2.5)), ("right", (1.2, 0, 2.2)))
+        },
         max_depth=2,
         precision=precision,
         footprint=footprint,

@@ -1,4 +1,4 @@
-"""Image textures in scene files and other programs: round trip, broken pictures, names of texels, POV-Ray's image_map."""
+"""Image textures in scene files and other programs: round trip, broken pictures, names of texels, POV-Ray."""
 
 import json
 import shutil
@@ -86,12 +86,16 @@ def picture_with(folder: Path, value: float) -> None:
     dw.write_image(folder / "pictures" / "wall.exr", pixels)
 
 
+def into_folder(folder: Path) -> None:
+    (folder / "pictures" / "wall.exr").unlink()
+    (folder / "pictures" / "wall.exr").mkdir()
+
+
 BROKEN = {
     "missing": (lambda folder: (folder / "pictures" / "wall.exr").unlink(), ["wall.exr"]),
     "empty": (lambda folder: (folder / "pictures" / "wall.exr").write_bytes(b""), ["wall.exr"]),
     "huge": (lambda folder: (folder / "pictures" / "wall.exr").write_bytes(png(2**31 - 1, 2**31 - 1)), ["wall.exr"]),
-    "a folder": (lambda folder: ((folder / "pictures" / "wall.exr").unlink(), (folder / "pictures" / "wall.exr").mkdir()),
-                 ["wall.exr", "folder"]),
+    "a folder": (into_folder, ["wall.exr", "folder"]),
     "NaN": (lambda folder: picture_with(folder, np.nan), ["wall.exr", "row 2, column 3", "nan", "1 of 24"]),
     "infinite": (lambda folder: picture_with(folder, np.inf), ["wall.exr", "row 2, column 3"]),
     "negative": (lambda folder: picture_with(folder, -0.5), ["wall.exr", "row 2, column 3", "-0.5", ">= 0"]),

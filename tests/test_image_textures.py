@@ -91,8 +91,7 @@ def test_a_mapping_is_what_the_conventions_say(mapping, wrap):
 
 
 @pytest.mark.parametrize(
-    ("wrap", "left", "right"),
-    [("repeat", (0, -1), (0, -1)), ("clamp", (0, 0), (-1, -1)), ("mirror", (0, 0), (-1, -1))],
+    ("wrap", "left", "right"), [("repeat", (0, -1), (0, -1)), ("clamp", (0, 0), (-1, -1)), ("mirror", (0, 0), (-1, -1))]
 )
 def test_a_seam_joins_the_texels_that_the_wrap_says(wrap, left, right):
     """On the seams u = 0 and u = 1, at the height of the middle row, the mean of the two texels beside them."""

@@ -18,7 +18,16 @@ REQUIRED: Final = object()
 """In place of a default: the key must be stated."""
 
 Kind = Literal[
-    "number", "vector", "direction", "colour", "number or colour", "numbers", "vectors", "colours", "texels", "text",
+    "number",
+    "vector",
+    "direction",
+    "colour",
+    "number or colour",
+    "numbers",
+    "vectors",
+    "colours",
+    "texels",
+    "text",
     "choice",
 ]
 Moves = Literal["nothing", "patterns", "shadows", "rays"]

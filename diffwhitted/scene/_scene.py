@@ -151,8 +151,8 @@ class Scene(eqx.Module):
         for thing in self.objects:
             if thing.material == material and not thing.HAS_UV:
                 raise SceneError(
-                    f"object {thing.name!r} ({thing.written_type()}) has no texture coordinates, and texture {texture!r} "
-                    f'({coefficient}_texture of material {material!r}) has mapping = "uv", which needs them; write '
+                    f"object {thing.name!r} ({thing.written_type()}) has no texture coordinates, which texture "
+                    f'{texture!r} ({coefficient}_texture of material {material!r}) with mapping = "uv" needs; write '
                     'mapping = "planar", "spherical", "cylindrical" or "triplanar" instead'
                 )
 

@@ -103,13 +103,7 @@ def _coloured(group: AbstractTexture, which: Int[Array, "n"], worn, at: Arrival,
     plain = group.chosen(which).at(point)
     colour = packed(some & worn, lambda which, *a: group.chosen(which).mean(*a), plain, which, point, steps)
     return packed(
-        much & worn,
-        lambda which, *a: group.chosen(which).mean_in_perspective(*a),
-        colour,
-        which,
-        point,
-        steps,
-        slants,
+        much & worn, lambda which, *a: group.chosen(which).mean_in_perspective(*a), colour, which, point, steps, slants
     )
 
 

@@ -28,17 +28,16 @@ Targets = Annotated[
         "file says otherwise. Its alpha channel, if any, is its mask. Default: the [[shot]] tables of the scene.",
     ),
 ]
-Free = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--free",
-        metavar="NAME",
-        show_default=False,
-        help="Number to find: MATERIAL.COEFFICIENT, such as glass.k_d, or another name that `diffwhitted parameters` "
-        "lists, such as light.key.position or object.ball.centre.x. Wildcards in quotes, so that the shell leaves them "
-        'alone: "*.k_d", "glass.*" mean materials, "light.*" lights.',
-    ),
-]
+FREE = typer.Option(
+    "--free",
+    metavar="NAME",
+    show_default=False,
+    help="Number to find: MATERIAL.COEFFICIENT, such as glass.k_d, or another name that `diffwhitted parameters` "
+    "lists, such as light.key.position or object.ball.centre.x. Wildcards in quotes, so that the shell leaves them "
+    'alone: "*.k_d", "glass.*" mean materials, "light.*" lights.',
+)
+Free = Annotated[list[str], FREE]
+FreeOrNone = Annotated[list[str] | None, FREE]
 TextureName = Annotated[
     str | None,
     typer.Option(
@@ -151,7 +150,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print result.json in place o
 def fit(
     scene: ScenePath,
     out: Out,
-    free: Free = None,
+    free: FreeOrNone = None,
     texture: TextureName = None,
     target: Targets = None,
     camera: CameraName = None,

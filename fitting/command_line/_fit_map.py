@@ -20,7 +20,9 @@ def refuse_beside_texture(**given: Any) -> None:
     """Refuse the options that speak of single numbers, or of what the fit of a texture does not do."""
     for name in (name for name, value in given.items() if value):
         option = f"--{name.replace('_', '-')}"
-        raise typer.BadParameter(f"{option} does not go with --texture, which looks for all texels and for nothing else")
+        raise typer.BadParameter(
+            f"{option} does not go with --texture, which looks for all texels and for nothing else"
+        )
 
 
 def fit_map(

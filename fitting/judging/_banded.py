@@ -1,8 +1,8 @@
 """Normal matrices whose unknowns have few neighbours: their solution, and the diagonal of their inverse, exactly.
 
-The unknowns are put in an order in which neighbours are near each other (Cuthill and McKee 1969), so that the triangular
-factor has a narrow band. The inverse Z of N = L L' is not sparse, but within the band it follows from L alone, from the
-last row to the first (Takahashi, Fagan and Chen 1973):
+The unknowns are put in an order in which neighbours are near each other (Cuthill and McKee 1969), so that the
+triangular factor has a narrow band. The inverse Z of N = L L' is not sparse, but within the band it follows from L
+alone, from the last row to the first (Takahashi, Fagan and Chen 1973):
 
     Z_ki = - sum_m Z_km L_mi / L_ii  (m, k > i, in the band),    Z_ii = 1 / L_ii^2 - sum_m Z_mi L_mi / L_ii
 

@@ -67,9 +67,7 @@ def _rows(view: MapView, texels, apart: int) -> MapRows:
     pixel, texel, value = (np.concatenate(columns) for columns in zip(*parts, strict=True))
     whole = known[pixel]
     shape = answers.shape[2], height * width
-    channels = tuple(
-        sparse.csr_array((value[whole, c], (pixel[whole], texel[whole])), shape=shape) for c in range(3)
-    )
+    channels = tuple(sparse.csr_array((value[whole, c], (pixel[whole], texel[whole])), shape=shape) for c in range(3))
     return MapRows(channels, known.reshape(view.size))
 
 

@@ -4,6 +4,7 @@ Forward, many directions at a time, and backward; the Jacobian is never written 
 """
 
 from dataclasses import replace
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -30,7 +31,8 @@ class MapPart(eqx.Module):
     camera: AbstractCamera
     shot: Shot
     samples: Samples
-    trees: Record | None
+    trees: Any
+    """The recorded trees; None before they are."""
     marks: Marks
     plan: Plan = eqx.field(static=True)
     texture: str = eqx.field(static=True)
@@ -91,7 +93,7 @@ class MapView:
     def picture(self, texels) -> Float[np.ndarray, "rows columns 3"]:
         return self._whole(side_by_side(lambda part: _look(part, texels), self.parts))
 
-    def along(self, texels, ways: Float[Array, "ways height width 3"]) -> Float[np.ndarray, "ways rows columns 3"]:
+    def along(self, texels, ways: Float[np.ndarray, "ways height width 3"]) -> Float[np.ndarray, "ways rows columns 3"]:
         """The derivatives of the picture in some directions."""
         films = side_by_side(lambda part: _along(part, texels, ways), self.parts)
         return np.stack([self._whole([film[k] for film in films]) for k in range(len(ways))])
@@ -102,7 +104,8 @@ class MapView:
         plan = self.parts[0].plan
         films = dealt(jnp.asarray(cotangent, dtype), plan.passes, plan.pass_pixels)
         pairs = list(zip(self.parts, films, strict=True))
-        return np.sum(side_by_side(lambda pair: _back(pair[0], texels, pair[1]), pairs), axis=0, dtype=np.float64)
+        found = side_by_side(lambda pair: _back(pair[0], texels, pair[1]), pairs)
+        return np.asarray(np.sum(found, axis=0, dtype=np.float64))
 
     def _whole(self, films) -> np.ndarray:
         return np.asarray(gathered(jnp.stack(films), *self.size), np.float64)

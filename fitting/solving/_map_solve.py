@@ -1,8 +1,8 @@
 """Least squares for the texels of a map: Gauss and Newton's steps, and what the pictures say of each texel.
 
-The normal equations of a step are solved channel by channel through the factor of a sparse matrix. Where some pixels' rows
-are not known (`judging._map_rows`), the matrix is that of the others, and stands as preconditioner in conjugate gradients
-whose products go through the recorded trees, forward and backward.
+The normal equations of a step are solved channel by channel through the factor of a sparse matrix. Where some pixels'
+rows are not known (`judging._map_rows`), the matrix is that of the others, and stands as preconditioner in conjugate
+gradients whose products go through the recorded trees, forward and backward.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,8 +23,8 @@ STILL = 1e-6
 SETTLED = 0.01
 """Nor is one of a smaller part of the standard errors, in the mean over the texels."""
 CURVED = 1e-3
-"""The rows are asked for anew where a step changed the pictures otherwise than they said, by more than this share of what
-is left over."""
+"""The rows are asked for anew where a step changed the pictures otherwise than they said, by more than this share of
+what is left over."""
 LEAST = 1e-8
 """A texel with a smaller share of the largest diagonal entry is not seen."""
 MOST_PRODUCTS = 200
@@ -122,11 +122,13 @@ def _step(views, rows, factors, texels, pictures) -> tuple[Texels, float]:
         ).reshape(texels.shape)
         step = _preconditioned(factors, gradient)
         return step, float((gradient * step).sum())
-    gradient = sum(view.back(texels, w) for view, w in zip(views, wanted, strict=True))
+    zero = np.zeros(texels.shape)
+    gradient = sum((view.back(texels, w) for view, w in zip(views, wanted, strict=True)), start=zero)
 
     def product(way: Texels) -> Texels:
         ways = way[None].astype(texels.dtype)
-        return sum(view.back(texels, view.weight**2 * view.along(texels, ways)[0]) for view in views)
+        looks = (view.back(texels, view.weight**2 * view.along(texels, ways)[0]) for view in views)
+        return sum(looks, start=zero)
 
     step = _conjugate_gradients(product, lambda g: _preconditioned(factors, g), gradient)
     return step, float((gradient * step).sum())

@@ -97,7 +97,5 @@ def entries(
         return entry(name, kind, rows, takes_name, (bases or {}).get(kind, base), **keys, type=stated)
 
     return {
-        name: model(name, kind, rows)
-        for kind in registry
-        for name, rows in {kind.TYPE: kind.ROWS, **kind.ALSO}.items()
+        name: model(name, kind, rows) for kind in registry for name, rows in {kind.TYPE: kind.ROWS, **kind.ALSO}.items()
     }

@@ -29,8 +29,8 @@ class ImageTable(Entry):
     def plain(cls, record, **stated) -> dict:
         if record.file is None:
             raise SceneError(
-                f"texture {stated.get('name', '')!r}: its texels are in no file, and a scene file only names one; write "
-                "them with write_image(FILE, texels), and build the texture with file = FILE besides"
+                f"texture {stated.get('name', '')!r}: its texels are in no file, and a scene file only names one; "
+                "write them with write_image(FILE, texels), and build the texture with file = FILE besides"
             )
         return super().plain(record, **stated)
 

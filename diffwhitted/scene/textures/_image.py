@@ -34,8 +34,8 @@ class ImageTexture(AbstractTexture):
     ROWS: ClassVar[tuple[Row, ...]] = (
         Row("file", "text", "Picture file, relative to the scene file; file.exr:LAYER for a layer or part."),
         Row("texels", "texels", "Its texels, linear RGB, row 0 on top.", lowest=0, default=None),
-        Row("encoding", "text", 'Of the numbers in the file: "linear", "srgb", "rec709", "gamma:2.2". Default: what the '
-            "file says.", default=None),
+        Row("encoding", "text", 'Of the numbers in the file: "linear", "srgb", "rec709", "gamma:2.2". Default: what '
+            "the file says.", default=None),
         Row("wrap", "choice", "What lies beside the picture: itself again, its edge, or its mirror image.",
             default="repeat", choices=WRAPS),
         Row("mapping", "choice", "How it lies on the surface: by the coordinates of the object, or by the place of the "
@@ -62,7 +62,7 @@ class ImageTexture(AbstractTexture):
     centre: Float[Array, "3"] | None
     height: Float[Array, ""] | None
     size: Float[Array, ""] | None
-    corner: Float[Array, "3"]
+    corner: Float[Array | np.ndarray, "3"]
     """triplanar: where the pictures have their corner; the origin, unless the texture was moved."""
     file: str | None = eqx.field(static=True)
     encoding: str | None = eqx.field(static=True)
@@ -74,7 +74,7 @@ class ImageTexture(AbstractTexture):
         texels,
         *,
         mapping: str = "uv",
-        wrap: str = "repeat",
+        wrap: Wrap = "repeat",
         origin=None,
         edge_u=None,
         edge_v=None,
@@ -109,7 +109,7 @@ class ImageTexture(AbstractTexture):
 
     def _check_edges(self, place: str) -> None:
         """Raise `SceneError` for two edges in one line."""
-        if self.edge_u is None or is_traced(self.edge_u) or is_traced(self.edge_v):
+        if self.edge_u is None or self.edge_v is None or is_traced(self.edge_u) or is_traced(self.edge_v):
             return
         across, up = (np.asarray(e, np.float64) / np.abs(e).max() for e in (self.edge_u, self.edge_v))
         apart = np.linalg.norm(np.cross(across, up)) / (np.linalg.norm(across) * np.linalg.norm(up))
@@ -125,7 +125,8 @@ class ImageTexture(AbstractTexture):
         keys = {name: getattr(self, name) for name in MAPPINGS[self.mapping][1]}
         if self.mapping == "triplanar":
             keys["corner"] = self.corner
-        return ImageTable(pyramid(self.texels), keys, None, self.texels.shape[:2], self.wrap, self.mapping)
+        height, width, _ = self.texels.shape
+        return ImageTable(pyramid(self.texels), keys, None, (height, width), self.wrap, self.mapping)
 
     def moved(self, by: np.ndarray) -> "ImageTexture":
         """The same, moved by so many metres; of a triplanar one that repeats less its whole periods."""
@@ -148,7 +149,7 @@ class ImageTable(AbstractTexture):
     ROWS: ClassVar[tuple[Row, ...]] = ImageTexture.ROWS
     FOOTPRINT: ClassVar[bool] = True
 
-    texels: Float[Array, "..."]
+    texels: Float[Array | np.ndarray, "..."]
     keys: dict[str, Float[Array, "..."]]
     """The numbers of the mapping."""
     which: Int[Array, "*n"] | None
@@ -217,7 +218,7 @@ def _checked(texels, place: str):
             where = tuple(int(k) for k in np.argwhere(bad)[0])
             raise SceneError(
                 f"{place}: the texel in row {where[0]}, column {where[1]} (from 0, top left) is "
-                f"{array[where].tolist()}, and {int(bad.sum())} of {bad.size} texels are not finite or below 0; allowed "
-                "is >= 0 in every channel. Repair the picture"
+                f"{array[where].tolist()}, and {int(bad.sum())} of {bad.size} texels are not finite or below 0; "
+                "allowed is >= 0 in every channel. Repair the picture"
             )
     return row.read(array, place)

@@ -1,11 +1,12 @@
 """Texels on levels of half the size each, and their mean over a footprint.
 
-A pyramid (Williams 1983) has the means of the texels on coarser and coarser grids. A footprint is a grid of probes, each
-a bilinear look-up on the level whose texels are as large as the probes are apart, so that a long and narrow footprint
-stays narrow (as in McCormack et al. 1999, Feline), and a pixel is averaged evenly, as by supersampling.
+A pyramid (Williams 1983) has the means of the texels on coarser and coarser grids. A footprint is a grid of probes,
+each a bilinear look-up on the level whose texels are as large as the probes are apart, so that a long and narrow
+footprint stays narrow (as in McCormack et al. 1999, Feline), and a pixel is averaged evenly, as by supersampling.
 """
 
-from typing import Literal, get_args
+from collections.abc import Callable
+from typing import Any, Literal, get_args
 
 import equinox as eqx
 import jax
@@ -31,10 +32,10 @@ def level_sizes(height: int, width: int) -> tuple[tuple[int, int], ...]:
     return tuple(sizes)
 
 
-def pyramid(texels: Float[Array, "height width 3"]) -> Float[Array, "all 3"]:
+def pyramid(texels: Float[Array | np.ndarray, "height width 3"]) -> Float[Array | np.ndarray, "all 3"]:
     """The texels of every level, one level after the other, the lowest row (v = 0) first; linear in the texels."""
-    xp = jnp if is_traced(texels) else np
-    level = texels[::-1]
+    xp: Any = jnp if is_traced(texels) else np
+    level: Any = texels[::-1]
     levels = [level.reshape(-1, 3)]
     for _ in level_sizes(*texels.shape[:2])[1:]:
         level = _halved(xp, _halved(xp, level).swapaxes(0, 1)).swapaxes(0, 1)
@@ -81,12 +82,12 @@ class Levels(eqx.Module):
 
         Which level a probe reads has no derivative.
         """
-        steps = tuple(tuple(jnp.clip(s, -LARGEST_STEP, LARGEST_STEP) for s in step) for step in steps)
+        across, down = (_map_pair(lambda s: jnp.clip(s, -LARGEST_STEP, LARGEST_STEP), step) for step in steps)
         none = jnp.zeros_like(uv[0])
         slant = (none, none) if slant is None else slant
         # Let the second side be the longer one.
-        turn = jnp.greater(*self.spread(steps))
-        short, long = _exchanged(turn, *steps)
+        turn = jnp.greater(*self.spread((across, down)))
+        short, long = _exchanged(turn, across, down)
         slant_short, slant_long = (jnp.where(turn, *pair) for pair in (slant[::-1], slant))
         along_short, along_long = (jnp.asarray(_middles(n), none.dtype) for n in probes)
 
@@ -105,8 +106,8 @@ class Levels(eqx.Module):
             first = lookup(jnp.asarray(_starts(sizes), jnp.int32), level) + self.which * self.texels.shape[1]
             # Add the probes across it.
             for s in along_short:
-                place = (c + by + w * s for c, by, w in zip(uv, moved, width, strict=True))
-                total = total + self._bilinear(*place, rows, columns, first)
+                u, v = (c + by + w * s for c, by, w in zip(uv, moved, width, strict=True))
+                total = total + self._bilinear(u, v, rows, columns, first)
             return total, None
 
         total, _ = jax.lax.scan(strip, Vec3(none, none, none), along_long)
@@ -154,8 +155,14 @@ class Levels(eqx.Module):
 
 def _exchanged(turn, across: Pair, down: Pair) -> tuple[Pair, Pair]:
     """The two sides, exchanged where it is their turn."""
-    short = tuple(jnp.where(turn, d, a) for a, d in zip(across, down, strict=True))
-    return short, tuple(jnp.where(turn, a, d) for a, d in zip(across, down, strict=True))
+    short, long = zip(
+        *((jnp.where(turn, d, a), jnp.where(turn, a, d)) for a, d in zip(across, down, strict=True)), strict=True
+    )
+    return (short[0], short[1]), (long[0], long[1])
+
+
+def _map_pair(change: Callable, pair: Pair) -> Pair:
+    return change(pair[0]), change(pair[1])
 
 
 def _whole(count):

@@ -1,9 +1,9 @@
 """Mappings: from a point of a surface to coordinates u, v of a picture; v = 0 is its bottom row, u = 0 its left edge.
 
-    planar       P = origin + u edge_u + v edge_v, of the part of P - origin in their plane
-    spherical    u = angle / 2 pi about +y from -z towards +x, v = 1/2 + latitude / pi, seen from the centre
-    cylindrical  the same u, v = 1/2 + (P - centre).y / height
-    triplanar    (-z, y), (x, -z) and (x, y) over the size, along x, y and z; weights N_x^2, N_y^2, N_z^2
+planar       P = origin + u edge_u + v edge_v, of the part of P - origin in their plane
+spherical    u = angle / 2 pi about +y from -z towards +x, v = 1/2 + latitude / pi, seen from the centre
+cylindrical  the same u, v = 1/2 + (P - centre).y / height
+triplanar    (-z, y), (x, -z) and (x, y) over the size, along x, y and z; weights N_x^2, N_y^2, N_z^2
 """
 
 from collections.abc import Callable
