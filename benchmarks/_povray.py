@@ -39,5 +39,5 @@ def trace(scene: Path, width: int, height: int, antialias: tuple[str, ...] = ("-
         found = re.search(r"Trace Time:.*\(([\d.]+) seconds\)", done.stderr)
         if done.returncode or not found:
             raise RuntimeError(f"povray failed: {done.stderr[-500:]}")
-        counts = {name: int(re.findall(pattern, done.stderr)[0]) for name, pattern in COUNTS.items()}
+        counts = {name: int((re.findall(pattern, done.stderr) or [0])[0]) for name, pattern in COUNTS.items()}
         return Traced(float(found[1]), counts, diffwhitted.read_image(picture).pixels)

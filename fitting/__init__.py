@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ._errors import FitError
     from ._fit import fit
+    from ._fit_texture import TextureFit, fit_texture
     from ._held_out import HeldOut
     from ._result import FitResult, FitStage, FitStep, FittedCoefficient, FitView, WildPixel
     from .comparing._tradeoff import Tradeoff, tradeoff
@@ -27,9 +28,11 @@ __all__ = [
     "Identification",
     "Suggestion",
     "Target",
+    "TextureFit",
     "Tradeoff",
     "WildPixel",
     "fit",
+    "fit_texture",
     "identify",
     "only",
     "suggest",
@@ -48,9 +51,11 @@ _HOMES = {
     "Identification": "planning._identification",
     "Suggestion": "planning._suggest",
     "Target": "problem._target",
+    "TextureFit": "_fit_texture",
     "Tradeoff": "comparing._tradeoff",
     "WildPixel": "_result",
     "fit": "_fit",
+    "fit_texture": "_fit_texture",
     "identify": "planning._identify",
     "only": "problem._only",
     "suggest": "planning._suggest",

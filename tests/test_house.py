@@ -57,6 +57,7 @@ LAYERS = (
     "fitting._restricted",
     "fitting._prediction",
     "fitting._fit",
+    "fitting._fit_texture",
     "fitting.planning",
     "fitting.telling",
     "fitting.comparing",
@@ -141,17 +142,17 @@ def test_a_file_is_small_and_says_what_it_is(path):
 
 PUBLIC = {
     "diffwhitted": """
-        Antialiased Bounded COEFFICIENTS Camera CapacityError Checker Choice ConstantBackground Derivative
-        DirectionalLight Effects Explanation FarFromOrigin GradientBackground InputError KNOBS Knob Layers Material
-        Measured Mesh OrthographicCamera Plan Parameter Plane PointLight Polygon RayMaps Scene SceneError Settings Shot
-        Sphere SphereSet antialias choose coefficient_value decide_effects derivative explain layers load_scene measure
+        Antialiased Bounded Box COEFFICIENTS Camera CapacityError Checker Choice Cone ConstantBackground
+        Cylinder Derivative DirectionalLight Disc Effects Explanation FarFromOrigin GradientBackground
+        ImageTexture InputError KNOBS Knob Layers Material Measured Mesh OrthographicCamera Parameter Plan Plane
+        PointLight Polygon Polyhedron Quadric RayMaps Scene SceneError Settings Shot Sphere SphereSet Torus
+        antialias choose coefficient_value decide_effects derivative explain layers load_scene measure
         parameter_value parameters parse_scene plan ray_maps read_cameras read_image render render_with_bound
-        replace_coefficient replace_parameter
-        save_scene scene_schema write_image
+        replace_coefficient replace_parameter save_scene scene_schema write_image
     """,
     "fitting": """
         FitError FitResult FitStage FitStep FitView FittedCoefficient HeldOut Identification
-        Suggestion Target Tradeoff WildPixel fit identify only suggest tradeoff tradeoff_figure
+        Suggestion Target TextureFit Tradeoff WildPixel fit fit_texture identify only suggest tradeoff tradeoff_figure
     """,
 }
 """What others may rely on. A change of this list is a line in CHANGELOG.md."""

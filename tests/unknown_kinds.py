@@ -123,7 +123,7 @@ class Ripples(AbstractTexture):
         read_rows(self, place, depth=depth, wavelength=wavelength)
 
     def at(self, point):
-        wave = 1 + self.depth * jnp.sin(2 * jnp.pi * point.x / self.wavelength)
+        wave = 1 + self.depth * jnp.sin(2 * jnp.pi * point.position.x / self.wavelength)
         return Vec3(wave, wave, wave)
 
 

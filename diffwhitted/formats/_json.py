@@ -70,7 +70,8 @@ def _stated(keys: dict[str, Any]) -> dict[str, Any]:
 
 def _words(record) -> dict[str, str]:
     """What a record says in words rather than numbers."""
-    return {name: getattr(record, name) for name, row in rows_of(record).items() if not row.numeric}
+    held = {name: getattr(record, name) for name, row in rows_of(record).items() if row.kind in ("text", "choice")}
+    return _stated(held)
 
 
 def _settings(scene: Scene) -> dict[str, Any]:

@@ -40,6 +40,16 @@ class AbstractSurfaces(AbstractSearches):
         """Is its shading normal another one than the geometric one?"""
         return False
 
+    @property
+    def has_uv(self) -> bool:
+        """Do its points have texture coordinates of their own, which `uv` knows?"""
+        return False
+
+    def uv(self, point: Vec3) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
+        """Texture coordinates of a point, differentiable; 0 where it has none."""
+        zero = jnp.zeros_like(point.x)
+        return zero, zero
+
     def shading(self, point: Vec3, outward: Vec3) -> tuple[Vec3, Vec3]:
         """The outward unit normal that light sees at a point, and where shadow rays leave from on the outer side."""
         return outward, point

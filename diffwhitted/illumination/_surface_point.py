@@ -34,6 +34,8 @@ class SurfacePoint(eqx.Module):
     """How point and direction change over the pixel; None for points."""
     curvature: Float[Array, "n"] | None
     """The normal changes by this times a small step along the surface; None for points."""
+    uv: tuple[Float[Array, "n"], Float[Array, "n"]] | None = None
+    """Texture coordinates that the object brings along; None where no shape of the scene has any."""
 
     @property
     def cosine(self) -> Float[Array, "n"]:

@@ -15,6 +15,7 @@ from ._checks import is_traced
 from ._row import rows_of
 
 R = TypeVar("R", bound=eqx.Module)
+T = TypeVar("T")
 
 
 def changed(record: R, **new: Any) -> R:
@@ -96,7 +97,7 @@ def member(group: R, number) -> R:
     return jax.tree.map(lambda column: column[number], group)
 
 
-def members_at(group: R, index) -> R:
+def members_at(group: T, index) -> T:
     """For each ray the record that it needs: every field has the rays as its leading axis, column by column."""
 
     def field(column):

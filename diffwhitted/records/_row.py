@@ -20,7 +20,7 @@ REQUIRED: Final = object()
 
 Kind = Literal[
     "number", "vector", "direction", "colour", "number or colour", "number or vector", "numbers", "list", "vectors",
-    "pairs", "colours", "matrix", "faces", "flag", "text", "file", "choice",
+    "pairs", "colours", "texels", "matrix", "faces", "flag", "text", "file", "choice",
 ]  # fmt: skip
 Moves = Literal["nothing", "patterns", "shadows", "rays"]
 Freedom = Literal["each", "turn", "roll", "flat"]
@@ -84,8 +84,8 @@ class Row:
 
     @property
     def numeric(self) -> bool:
-        """Does it hold numbers, which a fit may look for?"""
-        return self.kind not in ("text", "file", "choice", "flag", "matrix", "faces")
+        """Does it hold numbers that have names, one by one, and that a fit may look for?"""
+        return self.kind not in ("texels", "text", "file", "choice", "flag", "matrix", "faces")
 
     @property
     def coloured(self) -> bool:
@@ -125,7 +125,7 @@ class Row:
 
     def components(self, shape: tuple[int, ...]) -> tuple[str, ...]:
         """The names of its numbers for a value of that shape, such as "r" or "2.y"; none for one number."""
-        if not shape:
+        if not shape or self.kind == "texels":
             return ()
         if self.kind == "list":
             return tuple(map(str, range(shape[0])))
@@ -168,11 +168,21 @@ class Row:
         each = 2 if self.kind == "pairs" else 3
         listed = ((len(self.parts),),) if self.kind == "numbers" else ((entries(value), each),)
         listed = ((), (entries(value),)) if self.kind == "list" else listed
+        if self.kind == "texels":
+            listed = (_picture_shape(value, place, self.name),)
         shapes = _SHAPES.get(self.kind, listed)
         array = number_array(value, place, self.name, shapes)
         if self.allowed():
             require(self.holds, place, self.name, array, self.allowed(), self.advice(array))
         return array if self.kind != "colour" or array.shape else array * np.ones(3, array.dtype)
+
+
+def _picture_shape(value, place: str, name: str) -> tuple[int, ...]:
+    """The shape of a picture of at least one texel. Raises `SceneError` for anything else."""
+    shape = np.shape(value)
+    if len(shape) != 3 or shape[2] != 3 or not shape[0] * shape[1]:
+        raise SceneError(f"{place}: {name} has shape {shape}; allowed is (height, width, 3), linear RGB")
+    return shape
 
 
 def entries(value) -> int:

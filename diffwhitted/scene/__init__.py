@@ -27,6 +27,7 @@ from ._parameters import (
     WITHOUT_NAME,
     Parameter,
     find_parameter,
+    maps,
     parameter_value,
     parameters,
     replace_parameter,
@@ -38,18 +39,18 @@ from ._tables import Marks, Tables, marks_of, material_names, numbered_objects, 
 from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground, GradientBackground
 from .cameras import CAMERAS, VIEW, AbstractCamera, Camera, OrthographicCamera
 from .lights import LIGHTS, AbstractLight, DirectionalLight, PointLight
-from .textures import TEXTURES, AbstractTexture, Checker
+from .textures import TEXTURES, AbstractTexture, Checker, ImageTexture, TexturePoint
 
 __all__ = [
     "AbstractBackground", "AbstractCamera", "AbstractLight", "AbstractObject", "AbstractTexture", "BACKGROUNDS",
     "BY_NAME", "Box", "CAMERAS", "COEFFICIENTS", "Camera", "Checker", "Cone", "ConstantBackground", "Cylinder",
-    "DEEPEST", "DirectionalLight", "Disc", "FAMILIES", "GradientBackground", "HIGHLIGHTS", "HighlightModel", "LIGHTS",
-    "Marks", "Material", "Mesh", "OBJECTS", "OrthographicCamera", "POSE", "Parameter", "PixelFilter", "Plane",
-    "PointLight", "Polygon", "Polyhedron", "Precision", "Quadric", "Row", "Scene", "ShadowModel", "Sheet", "Shot",
-    "Sphere", "SphereSet", "TEXTS", "TEXTURES", "Tables", "Torus", "TotalReflection", "VIEW", "WITHOUT_NAME",
-    "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter", "float_dtype",
-    "including_coefficient", "is_traced", "marks_of",
-    "material_names", "near", "nearest_name", "numbered_objects", "parameter_value", "parameters",
-    "replace_coefficient", "replace_parameter", "shared_sheets", "shortest", "tabulate", "texture_names",
-    "textured_rows", "whole_number",
+    "DEEPEST", "DirectionalLight", "Disc", "FAMILIES", "GradientBackground", "HIGHLIGHTS", "HighlightModel",
+    "LIGHTS", "Marks", "Material", "Mesh", "OBJECTS", "OrthographicCamera", "POSE", "Parameter", "PixelFilter",
+    "Plane", "PointLight", "Polygon", "Polyhedron", "Precision", "Quadric", "Row", "Scene", "ShadowModel", "Sheet",
+    "Shot", "Sphere", "SphereSet", "TEXTS", "TEXTURES", "Tables", "Torus", "TotalReflection", "VIEW",
+    "WITHOUT_NAME", "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter",
+    "float_dtype", "including_coefficient", "is_traced", "marks_of", "material_names", "near", "nearest_name",
+    "numbered_objects", "parameter_value", "parameters", "replace_coefficient", "replace_parameter",
+    "shared_sheets", "shortest", "tabulate", "texture_names", "textured_rows", "whole_number", "ImageTexture",
+    "TexturePoint", "maps",
 ]  # fmt: skip

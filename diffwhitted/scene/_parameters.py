@@ -82,7 +82,9 @@ class Parameter:
             case "scene":
                 return changed(scene, **{self.row.name: array})
         record = self.record(scene)
-        new = changed(record, **{self.row.name: array})
+        # Texels that are replaced are no longer those of a file.
+        gone = {"file": None, "encoding": None} if self.row.kind == "texels" else {}
+        new = changed(record, **{self.row.name: array}, **gone)
         if not any(map(is_traced, jax.tree.leaves(new))):
             _check(new, self.place)
         if self.family == "background":
@@ -131,6 +133,19 @@ def parameters(scene: Scene) -> tuple[Parameter, ...]:
     whose name has a dot in it.
     """
     return tuple(_all(scene))
+
+
+def maps(scene: Scene) -> tuple[Parameter, ...]:
+    """The texels of each picture that a scene holds, such as "texture.wall.texels": an array under one name, whose
+    numbers have none.
+    """
+    return tuple(
+        Parameter(family, name, row)
+        for family in FAMILIES
+        for name, record in _members(scene, family).items()
+        for row in _texels(record)
+        if "." not in name
+    )
 
 
 def find_parameter(scene: Scene, name: str) -> tuple[Parameter, Index | None]:
@@ -203,6 +218,10 @@ def _there(record) -> Iterator[Row]:
     return (row for row in record.ROWS if row.numeric and getattr(record, row.name) is not None)
 
 
+def _texels(record) -> Iterator[Row]:
+    return (row for row in record.ROWS if row.kind == "texels")
+
+
 def _of_material(scene: Scene, name: str) -> tuple[Parameter, str] | None:
     """The coefficient of a material and a component of it; a material's own name may hold dots."""
     whole, _, component = name.rpartition(".")
@@ -231,7 +250,7 @@ def _of_family(scene: Scene, name: str, family: str, rest: str) -> tuple[Paramet
             raise SceneError(
                 f"parameter {name!r}: no {family} {owner!r}; there is {there}.{nearest_name(owner, members)}"
             )
-        rows = {row.name: row for row in _there(members[owner])}
+        rows = {row.name: row for row in (*_there(members[owner]), *_texels(members[owner]))}
         absent = rows_of(members[owner]).get(key)
         if absent is not None and absent.numeric and key not in rows:
             raise SceneError(f"parameter {name!r}: {family} {owner!r} states no {key}; write one in the scene")

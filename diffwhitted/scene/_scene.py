@@ -146,6 +146,19 @@ class Scene(eqx.Module):
         for name, material in self.materials.items():
             for coefficient, texture in material.textures:
                 _known(texture, self.textures, f"material {name!r}: {coefficient}_texture")
+                self._check_uv(name, coefficient, texture)
+
+    def _check_uv(self, material: str, coefficient: str, texture: str):
+        """Raise `SceneError` where an object wears a texture that needs coordinates, and has none."""
+        if not self.textures[texture].needs_uv:
+            return
+        for thing in self.objects:
+            if thing.material == material and not thing.has_uv:
+                raise SceneError(
+                    f"object {thing.name!r} ({thing.written_type()}) has no texture coordinates, which texture "
+                    f'{texture!r} ({coefficient}_texture of material {material!r}) with mapping = "uv" needs; write '
+                    'mapping = "planar", "spherical", "cylindrical" or "triplanar" instead'
+                )
 
 
 def _named(lights: Iterable[AbstractLight]) -> tuple[AbstractLight, ...]:

@@ -104,7 +104,7 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
     # Stack the coefficients, and find which texture multiplies which of them.
     columns = {row.name: [m.at_work(row.name) for m in materials] for row in coefficients()}
     table = {row.name: _column(columns[row.name], row.coloured) for row in coefficients()}
-    textures, texture_number = grouped([scene.textures[name] for name in texture_names(scene)])
+    textures, texture_number = grouped([scene.textures[name].tabled() for name in texture_names(scene)])
     number_of = dict(zip(texture_names(scene), texture_number.tolist(), strict=True))
     texture_of = {}
     for row in textured_rows():

@@ -121,6 +121,10 @@ class Mesh(AbstractObject):
         return self.closed
 
     @property
+    def has_uv(self) -> bool:
+        return self.uvs is not None
+
+    @property
     def inside_out(self) -> bool:
         """Do the faces of a closed mesh run clockwise seen from outside? False where that is not known."""
         if not self.closed or is_traced(self.vertices):

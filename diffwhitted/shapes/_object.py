@@ -106,6 +106,11 @@ class AbstractObject(eqx.Module):
         """Does it bound a volume, which may be a medium?"""
         return self.FAMILY.SOLID
 
+    @property
+    def has_uv(self) -> bool:
+        """Have its points texture coordinates of their own?"""
+        return False
+
     def written_type(self) -> str:
         """What a file calls this very record."""
         return self.TYPE

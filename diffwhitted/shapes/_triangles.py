@@ -27,6 +27,10 @@ class Triangles(AbstractSurfaces):
     """Texture coordinates of the corners."""
 
     @property
+    def has_uv(self) -> bool:
+        return self.uvs is not None
+
+    @property
     def interpolated(self) -> bool:
         return self.normals is not None
 
@@ -103,13 +107,11 @@ class Triangles(AbstractSurfaces):
             lifted = lifted + (point - one * below) * share
         return normalise(normal), lifted
 
-    def uv(self, point: Vec3) -> tuple[Float[Array, "*n"], Float[Array, "*n"]] | None:
-        """Texture coordinates of a point, differentiable."""
-        if self.uvs is None:
-            return None
+    def uv(self, point: Vec3) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
+        """Texture coordinates of a point, between those of the corners, differentiable."""
         zero = jnp.zeros_like(point.x)
         u, v = zero, zero
-        for share, (one, other) in zip(self.shares(point), self.uvs, strict=True):
+        for share, (one, other) in zip(self.shares(point), self.uvs or (), strict=self.uvs is not None):
             u, v = u + share * one, v + share * other
         return u, v
 

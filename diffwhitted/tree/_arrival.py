@@ -47,6 +47,8 @@ class Beam(eqx.Module):
     edge: Edge
     departure: Departure | None
     """Where the ray set out; None in the replay, which does not search."""
+    uv_steps: tuple[tuple[Float[Array, "n"], Float[Array, "n"]], ...] | None = None
+    """The change of the texture coordinates along each side of the pixel; None: not known."""
 
 
 class Arrival(eqx.Module):
@@ -70,6 +72,8 @@ class Arrival(eqx.Module):
     """None where rays have no footprint."""
     lifted: Vec3 | None = None
     """Where shadow rays leave; None where no surface interpolates normals: from the point."""
+    uv: tuple[Float[Array, "n"], Float[Array, "n"]] | None = None
+    """Texture coordinates that the object brings along; None where no shape of the scene has any."""
 
 
 def arrival(hit: Hit, direction: Vec3, outside, inside, beam: Beam | None) -> Arrival:
@@ -86,4 +90,5 @@ def arrival(hit: Hit, direction: Vec3, outside, inside, beam: Beam | None) -> Ar
         inside,
         beam,
         hit.lifted,
+        hit.uv,
     )

@@ -9,9 +9,9 @@ from ..illumination import SurfacePoint
 from ..numerics._safe import safe_divide
 from ..numerics._stage import packed, stage
 from ..numerics._vector import Vec3, dot, lookup, where
-from ..records import member_count, members_at
+from ..records import member_count
 from ..scene import Tables
-from ..scene.textures import AbstractTexture
+from ..scene.textures import AbstractTexture, TexturePoint
 from ._arrival import Arrival
 from ._plan import Plan
 
@@ -49,6 +49,7 @@ def made_of(tables: Tables, plan: Plan, at: Arrival, needed, names: Sequence[str
         index_beyond=beyond,
         footprint=None if at.beam is None else at.beam.footprint,
         curvature=None if at.beam is None else at.beam.curvature,
+        uv=at.uv,
     )
 
 
@@ -93,19 +94,23 @@ def _pattern(tables: Tables, number: Int[Array, "n"], at: Arrival, needed) -> Ve
 
 def _coloured(group: AbstractTexture, which: Int[Array, "n"], worn, at: Arrival, needed) -> Vec3:
     """The colour of textures of one structure, where they are `worn`."""
+    point = TexturePoint(at.point, at.shading_normal, at.uv)
     if at.beam is None or not group.FOOTPRINT:
-        return members_at(group, which).at(at.point)
-    steps = tuple(side.origin for side in at.beam.footprint.sides())
+        return group.chosen(which).at(point)
+    steps = _steps(at)
     slants = stage(needed, slant, at)
-    some, much = stage(needed, lambda which, *a: members_at(group, which).varies(*a), which, at.point, steps, slants)
-    plain = members_at(group, which).at(at.point)
-    colour = packed(some & worn, lambda which, *a: members_at(group, which).mean(*a), plain, which, at.point, steps)
+    some, much = stage(needed, lambda which, *a: group.chosen(which).varies(*a), which, point, steps, slants)
+    plain = group.chosen(which).at(point)
+    colour = packed(some & worn, lambda which, *a: group.chosen(which).mean(*a), plain, which, point, steps)
     return packed(
-        much & worn,
-        lambda which, *a: members_at(group, which).mean_in_perspective(*a),
-        colour,
-        which,
-        at.point,
-        steps,
-        slants,
+        much & worn, lambda which, *a: group.chosen(which).mean_in_perspective(*a), colour, which, point, steps, slants
+    )
+
+
+def _steps(at: Arrival) -> tuple[TexturePoint, ...]:
+    """How what a texture is asked about changes along the sides of the pixel; uv by `uv_steps`, or not at all."""
+    level = None if at.uv is None else tuple(map(jnp.zeros_like, at.uv))
+    return tuple(
+        TexturePoint(side.origin, side.origin * at.beam.curvature, level if at.beam.uv_steps is None else uv)
+        for side, uv in zip(at.beam.footprint.sides(), at.beam.uv_steps or (None, None), strict=True)
     )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ._environment import set_up
+from ._fit_map import fit_map, refuse_beside_texture
 from ._folder import check_folder, saved_into
 from ._options import Depth, Footprint, HoldOut, Only, Precision, PrecisionName, Samples, ScenePath
 from ._progress import Progress, safe
@@ -27,15 +28,23 @@ Targets = Annotated[
         "file says otherwise. Its alpha channel, if any, is its mask. Default: the [[shot]] tables of the scene.",
     ),
 ]
-Free = Annotated[
-    list[str],
+FREE = typer.Option(
+    "--free",
+    metavar="NAME",
+    show_default=False,
+    help="Number to find: MATERIAL.COEFFICIENT, such as glass.k_d, or another name that `diffwhitted parameters` "
+    "lists, such as light.key.position or object.ball.centre.x. Wildcards in quotes, so that the shell leaves them "
+    'alone: "*.k_d", "glass.*" mean materials, "light.*" lights.',
+)
+Free = Annotated[list[str], FREE]
+FreeOrNone = Annotated[list[str] | None, FREE]
+TextureName = Annotated[
+    str | None,
     typer.Option(
-        "--free",
+        "--texture",
         metavar="NAME",
         show_default=False,
-        help="Number to find: MATERIAL.COEFFICIENT, such as glass.k_d, or another name that `diffwhitted parameters` "
-        "lists, such as light.key.position or object.ball.centre.x. Wildcards in quotes, so that the shell leaves them "
-        'alone: "*.k_d", "glass.*" mean materials, "light.*" lights.',
+        help="In place of --free: find the texels of this image texture, each with a standard error.",
     ),
 ]
 Out = Annotated[
@@ -140,8 +149,9 @@ Json = Annotated[bool, typer.Option("--json", help="Print result.json in place o
 
 def fit(
     scene: ScenePath,
-    free: Free,
     out: Out,
+    free: FreeOrNone = None,
+    texture: TextureName = None,
     target: Targets = None,
     camera: CameraName = None,
     mask: Masks = None,
@@ -178,6 +188,10 @@ def fit(
         --free "*.k_d" glass.k_h glass.phong_exponent \\
         --bounds glass.phong_exponent=5:500 --noise 0.01 --out result
 
+    \b
+    A picture on a wall, texel by texel, from two photos (NAME.exr and NAME.standard_errors.exr in the folder):
+      diffwhitted fit scene.toml --texture wall --target left=l.exr --target right=r.exr --out result
+
     A refractive index, a place, a size or a camera moves what is seen: where one is free, each pixel is one filtered
     tree unless --footprint says otherwise. A direction is free by two angles u and v in degrees, counted from the
     scene's; a colour by its channels, where the scene gives three numbers.
@@ -187,6 +201,14 @@ def fit(
     determined or interrupted, 2 something given cannot be used.
     """
     set_up(precision)
+    free = free or []
+    if texture is not None:
+        refuse_beside_texture(
+            free=free, only=only, hold_out=hold_out, start=start, bounds=bounds, prior=prior, tie=tie, at_most=at_most,
+            colour=colour, truth=truth, loss=loss != Loss.square, starts=starts > 1, samples=samples > 1,
+        )  # fmt: skip
+    elif not free:
+        raise typer.BadParameter("there is nothing to find; name a number with --free, or a texture with --texture")
     with Progress("reading", quiet=quiet) as progress:
         from diffwhitted import load_scene
         from fitting import fit as run_fit
@@ -207,6 +229,9 @@ def fit(
             encoding=encoding,
             layer=layer,
         )
+        if texture is not None:
+            options = dict(max_depth=depth, footprint=footprint, max_steps=max_steps)
+            return fit_map(loaded, texture, targets, options, out, scene.name, json, progress)
         if only:
             from fitting.problem._only import only_these
 

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 
 
 def saved_into(folder: Path):
-    """`save_scene`, for a file that is made elsewhere and moved to a folder: the pictures of its shots are named from
-    there.
+    """`save_scene`, for a file that is made elsewhere and moved to a folder: the pictures of its shots and
+    textures are named from there.
     """
     from diffwhitted import save_scene
     from diffwhitted.records import changed
@@ -25,7 +25,12 @@ def saved_into(folder: Path):
             noise = moved(shot.noise) if isinstance(shot.noise, str) else shot.noise
             return changed(shot, picture=moved(shot.picture), mask=moved(shot.mask), noise=noise)
 
-        save_scene(changed(scene, shots=tuple(map(shot_moved, scene.shots))), path)
+        def texture_moved(texture):
+            file = getattr(texture, "file", None)
+            return texture if file is None else changed(texture, file=moved(file))
+
+        textures = {name: texture_moved(texture) for name, texture in scene.textures.items()}
+        save_scene(changed(scene, shots=tuple(map(shot_moved, scene.shots)), textures=textures), path)
 
     return save
 

@@ -13,7 +13,7 @@ from ._options import Depth, ScenePath
 if TYPE_CHECKING:
     from rich.console import Group
 
-    from diffwhitted import Scene
+    from diffwhitted import Parameter, Scene
 
 Pattern = Annotated[
     str | None,
@@ -60,14 +60,18 @@ def parameter_rows(scene: Scene, pattern: str | None = None, depth: int | None =
 
     from diffwhitted import parameters as all_of
     from diffwhitted.records import shortest
+    from diffwhitted.scene import maps
     from diffwhitted.tree import idle
     from fitting.problem._unknowns import list_unknowns, values_in
 
     rows = []
-    for parameter in _chosen(all_of(scene), scene, pattern):
+    for parameter in _chosen((*all_of(scene), *maps(scene)), scene, pattern):
+        why = idle(scene, parameter, [parameter.name], depth)
+        if parameter.row.kind == "texels":
+            rows.append(_map_row(scene, parameter, why))
+            continue
         unknowns = list_unknowns(scene, [parameter.name])
         values = values_in(scene, unknowns, scene)
-        why = idle(scene, parameter, [parameter.name], depth)
         value = np.asarray(parameter.value(scene))
         rows.append(
             {
@@ -87,6 +91,26 @@ def parameter_rows(scene: Scene, pattern: str | None = None, depth: int | None =
             }
         )
     return rows
+
+
+def _map_row(scene: Scene, parameter: Parameter, why: str | None) -> dict[str, Any]:
+    """What is said of a whole picture: its shape and ends in place of its numbers."""
+    from diffwhitted.records import shortest
+
+    texels = parameter.value(scene)
+    return {
+        "name": parameter.name,
+        "meaning": parameter.row.meaning,
+        "shape": list(texels.shape),
+        "ends": [shortest(texels.min()), shortest(texels.max())],
+        "unit": parameter.row.unit,
+        "allowed": parameter.row.allowed(),
+        "scale": parameter.row.scale,
+        "moves": parameter.row.moves,
+        "seen": why is None,
+        "why_not": why,
+        "unknowns": [],
+    }
 
 
 def _chosen(there, scene: Scene, pattern: str | None):
@@ -128,7 +152,8 @@ def parameter_table(rows: list[dict[str, Any]], width: int) -> Group:
     for row in rows:
         note = "" if row["seen"] else f"no [{notes.setdefault(row['why_not'], len(notes) + 1)}]"
         unit = "" if row["unit"] == "1" else row["unit"]
-        cells = row["name"], _value_text(row["value"]), unit, _bounds_text(row), row["moves"], note or "yes"
+        value = _value_text(row["value"]) if "value" in row else _map_text(row)
+        cells = row["name"], value, unit, _bounds_text(row), row["moves"], note or "yes"
         for column, cell in zip(columns.values(), cells, strict=True):
             column.append(printable(cell))
     short = {**columns, "name": folded(columns["name"])}
@@ -154,9 +179,18 @@ def _value_text(value) -> str:
     return f"{value:.4g}"
 
 
+def _map_text(row: dict[str, Any]) -> str:
+    """`4 x 6 texels, 0.1 to 0.9`: rows by columns."""
+    height, width, _ = row["shape"]
+    low, high = row["ends"]
+    return f"{height} x {width} texels, {low:.4g} to {high:.4g}"
+
+
 def _bounds_text(row: dict[str, Any]) -> str:
     """`0 to 1`, `+-9` about the value, `u, v: +-45 deg`, or the widest where the components have several."""
     unknowns = row["unknowns"]
+    if not unknowns:
+        return row["allowed"]
     ends = list(dict.fromkeys(tuple(u["bounds"]) for u in unknowns))
     angles = [u["name"].rpartition(".")[2] for u in unknowns] if unknowns[0]["unit"] != row["unit"] else []
     before, unit = (f"{', '.join(angles)}: ", f" {unknowns[0]['unit']}") if angles else ("", "")

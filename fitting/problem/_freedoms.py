@@ -23,6 +23,8 @@ from jaxtyping import Array, Float
 
 from diffwhitted.scene import Parameter, Scene
 
+from .._errors import FitError
+
 ACROSS = ("u", "v")
 """The two ways in a tangent plane."""
 SMALL = 1e-8
@@ -42,6 +44,11 @@ class Part(NamedTuple):
 def parts_of(scene: Scene, parameter: Parameter) -> tuple[Part, ...]:
     """The unknowns of a parameter, in order."""
     row = parameter.row
+    if row.kind == "texels":
+        raise FitError(
+            f"free: {parameter.name} is a whole picture; it has a fit of its own: fitting.fit_texture(scene, "
+            f"{parameter.owner!r}, ...), or on the command line fit SCENE --texture {parameter.owner}"
+        )
     match _way(scene, parameter):
         case "turn":
             return tuple(Part(way, "deg", True) for way in ACROSS)

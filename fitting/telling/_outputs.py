@@ -72,7 +72,7 @@ def write_outputs(
         "result.json": text(lambda: json.dumps(content, indent=2, allow_nan=False, default=str) + "\n"),
         "fitted.toml": lambda path: save_scene(result.scene, path),
     }
-    for view, suffix in zip(result.views, _suffixes([view.camera for view in result.views]), strict=True):
+    for view, suffix in zip(result.views, suffixes([view.camera for view in result.views]), strict=True):
         jobs[f"render{suffix}.exr"] = picture(view.render, view.camera, "render with the fitted coefficients")
         jobs[f"residual{suffix}.exr"] = picture(view.residual, view.camera, "render - target")
     # The page is made last: whatever it meets, the numbers are on the disk by then.
@@ -160,7 +160,7 @@ def explained(path: Path):
         raise OutputError(f"cannot write {path}: {reason}; {advice}") from error
 
 
-def _suffixes(cameras: list[str]) -> list[str]:
+def suffixes(cameras: list[str]) -> list[str]:
     """What follows `render` and `residual` for each camera: nothing for one, otherwise its name, made
     safe for a file and unlike the others."""
     if len(cameras) == 1:

@@ -1,6 +1,6 @@
 """Tables of a scene file as models, read into records and written from them."""
 
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
@@ -45,11 +45,6 @@ class Entry(BaseModel):
             place=place,
             **{field: self.value(field, place, dtype) for field in fields if getattr(self, field) is not None},
         )
-
-    def located(self, folder: Path | None) -> "Entry":
-        """The same with its file named from the working folder, in place of the one that holds the scene file."""
-        named = getattr(self, "file", None)
-        return self if named is None or folder is None else self.model_copy(update={"file": str(folder / named)})
 
     def value(self, field: str, place: str, dtype) -> Any:
         """The value of a field: numbers as an array, text and counts as they are."""
@@ -97,7 +92,7 @@ def entry(
 ) -> type[Entry]:
     """The model of the table of a kind."""
     first = {name: keys.pop(name) for name in ("name", "type") if name in keys}
-    fields: dict[str, Any] = first | {row.name: key(row) for row in rows} | keys
+    fields: dict[str, Any] = first | {row.name: key(row) for row in rows if row.kind != "texels"} | keys
     meaning = (kind.__doc__ or "").strip().split("\n\n")[0].replace("\n    ", " ")
     made = create_model(f"{table.capitalize()}Entry", __base__=base, __doc__=meaning, **fields)
     made.made, made.takes_name = kind, takes_name
@@ -105,11 +100,21 @@ def entry(
 
 
 def entries(
-    registry: Registry, takes_name: bool, default: str | None = None, base: type[Entry] = Entry, **keys
+    registry: Registry,
+    takes_name: bool,
+    default: str | None = None,
+    base: type[Entry] = Entry,
+    bases: Mapping[type, type[Entry]] | None = None,
+    **keys,
 ) -> dict[str, type[Entry]]:
-    """The models of a family, by the type that a file states, or that it need not state."""
+    """The models of a family, by the type that a file states, or that it need not state; `bases`: those of kinds whose
+    table is not their rows alone.
+    """
+
+    def model(name: str, kind, rows) -> type[Entry]:
+        stated = (Literal[name], name if name == default else ...)
+        return entry(name, kind, rows, takes_name, (bases or {}).get(kind, base), **keys, type=stated)
+
     return {
-        name: entry(name, kind, rows, takes_name, base, **keys, type=(Literal[name], name if name == default else ...))
-        for kind in registry
-        for name, rows in {kind.TYPE: kind.ROWS, **kind.ALSO}.items()
+        name: model(name, kind, rows) for kind in registry for name, rows in {kind.TYPE: kind.ROWS, **kind.ALSO}.items()
     }

@@ -19,6 +19,7 @@ from ._entries import Entry, written
 from ._faults import faults_of, ordinal, place, scene_error, shown
 from ._schema import GradientTable, models
 from ._shots import joined, relative
+from ._textures import located, named_from
 from ._unclosed import unclosed_array
 
 
@@ -63,7 +64,10 @@ def scene_text(scene: Scene, *, source: str = "scene", folder: Path | None = Non
             _plain(LIGHTS, tables.light, light, name=None if light.name == f"light_{number}" else light.name)
             for number, light in enumerate(scene.lights, 1)
         ],
-        "texture": [_plain(TEXTURES, tables.texture, texture, name=name) for name, texture in scene.textures.items()],
+        "texture": [
+            _plain(TEXTURES, tables.texture, named_from(texture, folder), name=name)
+            for name, texture in scene.textures.items()
+        ],
         "material": [tables.material.plain(material, name=name) for name, material in scene.materials.items()],
         "object": [_named_from(folder, _plain_object(tables.object, thing)) for thing in scene.objects],
         "shot": [tables.shot.plain(relative(shot, folder)) for shot in scene.shots],
@@ -75,7 +79,7 @@ def scene_text(scene: Scene, *, source: str = "scene", folder: Path | None = Non
     with warnings.catch_warnings():
         # What there is to say of the scene was said when it was built.
         warnings.simplefilter("ignore", SceneNote)
-        _scene(file, scene.dtype, source, folder)
+        _scene(file, scene.dtype, source, folder, scene.textures)
     return _dumped(plain)
 
 
@@ -113,14 +117,20 @@ def _broken(message: str, text: str, source: str) -> str:
     return f"{source}: line {line}, column {column}: broken TOML: {what}; the line is {said}"
 
 
-def _scene(file, dtype, source: str, folder: Path | None) -> Scene:
+def _scene(file, dtype, source: str, folder: Path | None, known: Mapping | None = None) -> Scene:
+    """The scene of a file that was read; `known`: textures whose pictures need not be read again."""
     faults = []
+
+    def record(table: str, index: int, entry: Entry):
+        if table == "texture" and known and getattr(entry, "file", None) is not None:
+            return known[entry.name]  # pyright: ignore[reportAttributeAccessIssue] a texture has a name
+        return located(entry, folder).record(place(table, index, getattr(entry, "name", None)), dtype)
 
     def records(table: str) -> list:
         made = []
         for index, entry in enumerate(getattr(file, table)):
             try:
-                made.append(entry.located(folder).record(place(table, index, getattr(entry, "name", None)), dtype))
+                made.append(record(table, index, entry))
             except SceneError as error:
                 faults.append(str(error))
         return made

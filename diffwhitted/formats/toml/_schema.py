@@ -29,6 +29,7 @@ from ._cameras import cameras, one_camera
 from ._entries import Entry, ObjectEntry, entries, entry
 from ._keys import KEYS, Colour, MaterialName, Name, ObjectName, key, listed, number, optional
 from ._shots import ShotTable, shot_fields
+from ._textures import TABLES
 
 
 class GradientTable(Entry):
@@ -71,7 +72,8 @@ class FileModels:
         self.light = entries(
             LIGHTS, True, name=(str, optional("Name of the light, one of a kind; light_1, ... by default."))
         )
-        self.texture = entries(TEXTURES, False, name=(Name, Field(description="Name of the texture, one of a kind.")))
+        texture_name = (Name, Field(description="Name of the texture, one of a kind."))
+        self.texture = entries(TEXTURES, False, bases=TABLES, name=texture_name)
         self.background = {name: entry for name, entry in entries(BACKGROUNDS, False).items() if not entry.made.SHORT}
         self.camera = cameras()
         self.material = entry(

@@ -12,7 +12,7 @@ from ...numerics._coverage import Linear
 from ...numerics._vector import Vec3, vec3, where
 from ...records import Row, changed, is_traced, number_array, require
 from ._square_wave import cell_mean, checker_mean, may_vary
-from ._texture import AbstractTexture
+from ._texture import AbstractTexture, TexturePoint
 
 
 class Checker(AbstractTexture):
@@ -48,9 +48,9 @@ class Checker(AbstractTexture):
         period = 2 * self.size if is_traced(self.size) else 2 * np.asarray(self.size, np.float64)
         return changed(self, corner=(self.corner + by) % period)
 
-    def at(self, point: Vec3) -> Vec3:
+    def at(self, point: TexturePoint) -> Vec3:
         """Linear RGB at the points. The derivative in the point is 0 (an edge has no width here)."""
-        cells = sum(jnp.floor(along / self.size) for along in self._along_axes(point - self._corner()))
+        cells = sum(jnp.floor(along / self.size) for along in self._along_axes(point.position - self._corner()))
         even = cells - 2 * jnp.floor(cells / 2) == 0
         return where(even, *self._two())
 
@@ -58,17 +58,19 @@ class Checker(AbstractTexture):
         """The larger of the two colours in each channel, (3,)."""
         return np.asarray(self.colours, np.float64).max(axis=0)
 
-    def mean(self, point: Vec3, steps: tuple[Vec3, Vec3]) -> Vec3:
+    def mean(self, point: TexturePoint, steps: tuple[TexturePoint, TexturePoint]) -> Vec3:
         """Linear RGB, averaged over a pixel smaller than a cell; the point changes by `steps` along its sides."""
         return self._mixed(cell_mean(self._waves(point, steps)))
 
-    def mean_in_perspective(self, point: Vec3, steps: tuple[Vec3, Vec3], slant) -> Vec3:
+    def mean_in_perspective(self, point: TexturePoint, steps: tuple[TexturePoint, TexturePoint], slant) -> Vec3:
         """Linear RGB, averaged over the pixel in which the point is (steps_u u + steps_v v) / (1 + slant_u u +
         slant_v v) away from its middle, u and v from -1/2 to 1/2.
         """
         return self._mixed(checker_mean(self._waves(point, steps), slant))
 
-    def varies(self, point: Vec3, steps: tuple[Vec3, Vec3], slant) -> tuple[Bool[Array, "*n"], Bool[Array, "*n"]]:
+    def varies(
+        self, point: TexturePoint, steps: tuple[TexturePoint, TexturePoint], slant
+    ) -> tuple[Bool[Array, "*n"], Bool[Array, "*n"]]:
         """Where `mean`, and where `mean_in_perspective`, is needed for the colour of such a pixel."""
         return may_vary(self._waves(point, steps), slant)
 
@@ -80,8 +82,9 @@ class Checker(AbstractTexture):
     def _two(self) -> tuple[Vec3, Vec3]:
         return vec3(self.colours[..., 0, :]), vec3(self.colours[..., 1, :])
 
-    def _waves(self, point: Vec3, steps: tuple[Vec3, Vec3]) -> list[Linear]:
-        vectors = zip(*(self._along_axes(v) for v in (point - self._corner(), *steps)), strict=True)
+    def _waves(self, point: TexturePoint, steps: tuple[TexturePoint, TexturePoint]) -> list[Linear]:
+        away = (point.position - self._corner(), *(step.position for step in steps))
+        vectors = zip(*(self._along_axes(v) for v in away), strict=True)
         return [Linear(*(along / self.size for along in axis)) for axis in vectors]
 
     def _along_axes(self, vector: Vec3) -> list:
@@ -89,6 +92,3 @@ class Checker(AbstractTexture):
 
     def _corner(self) -> Vec3:
         return vec3(self.corner)
-
-
-Texture = Checker

@@ -2,6 +2,7 @@
 
 from ...records import Registry
 from ._checker import Checker
+from ._image import ImageTexture
 from ._texture import AbstractTexture
 
-TEXTURES: Registry[AbstractTexture] = Registry("texture", AbstractTexture, Checker)
+TEXTURES: Registry[AbstractTexture] = Registry("texture", AbstractTexture, Checker, ImageTexture)
