@@ -4,29 +4,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..scene import Box, Checker, Cone, Cylinder, Disc, Plane, Polygon, Polyhedron, Sphere, Torus
+from ..scene import Box, Checker, Cone, Cylinder, Disc, Plane, Polygon, Polyhedron, Sphere, SphereSet, Torus
+from ..scene import Mesh as TriangleMesh
 from ._facets import Mesh, box, disc, frustum, polyhedron, torus
+from ._many import mesh, sphere_set
 from ._numbers import listed, plain
 from ._outlines import frame, triangulated
+from ._rounds import ball
 
-RINGS, SECTORS = 32, 64
-"""Of a sphere: its largest distance from the ball is 0.5 % of the radius."""
 WIDE = 100.0
 """Half the side of the square in place of a plane, in sizes of the scene."""
-
-
-def ball() -> Mesh:
-    """A unit sphere about the origin, the axis along y."""
-    polar, azimuth = np.meshgrid(
-        np.linspace(0, np.pi, RINGS + 1), np.linspace(0, 2 * np.pi, SECTORS + 1), indexing="ij"
-    )
-    points = np.stack([np.sin(polar) * np.sin(azimuth), np.cos(polar), np.sin(polar) * np.cos(azimuth)], axis=-1)
-    first = (np.arange(RINGS)[:, None] * (SECTORS + 1) + np.arange(SECTORS)).ravel()
-    below = first + SECTORS + 1
-    upper = np.stack([first, below, first + 1], axis=-1)[SECTORS:]
-    lower = np.stack([first + 1, below, below + 1], axis=-1)[:-SECTORS]
-    points = points.reshape(-1, 3)
-    return points, points, np.concatenate([upper, lower])
 
 
 def sphere(thing: Sphere, middle: np.ndarray, reach: float) -> Mesh:
@@ -61,6 +48,8 @@ MESHES: dict[type, Callable[..., Mesh]] = {
     Cone: frustum,
     Torus: torus,
     Polyhedron: polyhedron,
+    SphereSet: sphere_set,
+    TriangleMesh: mesh,
 }
 """A kind of shape is a function here: of the thing, and of the middle and the size of its scene."""
 

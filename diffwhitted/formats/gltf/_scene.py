@@ -8,8 +8,9 @@ import numpy as np
 from ...scene import Camera, DirectionalLight, OrthographicCamera, PointLight, Scene, Sphere
 from .._format import Written
 from .._losses import Losses, Thing
-from .._meshes import MESHES, WIDE, ball, frame
+from .._meshes import MESHES, WIDE, frame
 from .._numbers import extent, fading, plain, rgb
+from .._rounds import ball
 from .._views import aside, axes_of, box, frustum, views_of
 from ._buffer import Buffer
 from ._materials import material_of

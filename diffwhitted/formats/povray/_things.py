@@ -19,6 +19,7 @@ from ...scene import (
 from .._losses import Losses
 from .._numbers import extent, plain, rgb, text
 from .._views import aside, axes_of, box, frustum
+from ._many import MANY
 from ._solids import SOLIDS
 from ._words import colour, place
 
@@ -45,7 +46,7 @@ def polygon(thing: Polygon) -> str:
     return f"polygon {{ {len(corners) + 1}, {', '.join([*corners, corners[0]])}"
 
 
-SHAPES: dict[type, Callable[..., str]] = {Sphere: sphere, Plane: plane, Polygon: polygon, **SOLIDS}
+SHAPES: dict[type, Callable[..., str]] = {Sphere: sphere, Plane: plane, Polygon: polygon, **SOLIDS, **MANY}
 """A kind of shape is a function here: the beginning of its statement, up to the texture."""
 
 

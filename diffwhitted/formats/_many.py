@@ -1,0 +1,38 @@
+"""Meshes and sets of spheres as triangles."""
+
+import numpy as np
+
+from ..scene import Mesh, SphereSet
+from ._numbers import plain
+from ._rounds import ball
+
+MANY = 16
+"""Of more spheres than this each is made of fewer triangles."""
+COARSE = 8, 16
+"""Rings and sectors: the largest distance from the ball is 8 % of the radius."""
+
+Triangles = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Points (n, 3), unit normals (n, 3), triangles (m, 3), counter-clockwise seen from outside."""
+
+
+def mesh(thing: Mesh, middle: np.ndarray, reach: float) -> Triangles:
+    """Each triangle has corners of its own where it is flat, as its neighbour has another normal."""
+    del middle, reach
+    vertices, faces = plain(thing.vertices), np.asarray(thing.faces)
+    normals = plain(np.asarray(thing.corner_normals()))
+    if thing.shading == "flat":
+        return vertices[faces].reshape(-1, 3), normals.reshape(-1, 3), np.arange(faces.size).reshape(-1, 3)
+    at_vertices = np.zeros_like(vertices)
+    at_vertices[faces] = normals
+    return vertices, at_vertices, faces
+
+
+def sphere_set(thing: SphereSet, middle: np.ndarray, reach: float) -> Triangles:
+    """A ball for each of them."""
+    del middle, reach
+    points, normals, triangles = ball(*(COARSE if thing.surfaces > MANY else ()))
+    centres, radii = plain(thing.centres), plain(np.asarray(thing.each_radius()))
+    count = len(centres)
+    placed = centres[:, None] + points * radii[:, None, None]
+    numbered = triangles + len(points) * np.arange(count)[:, None, None]
+    return placed.reshape(-1, 3), np.tile(normals, (count, 1)), numbered.reshape(-1, 3)
