@@ -51,7 +51,9 @@ def bumpy(levels: int) -> tuple[np.ndarray, np.ndarray]:
         faces = np.concatenate([np.stack(three, axis=1) for three in corners])
         vertices = np.concatenate([vertices, middles])
     x, y, z = vertices.T
-    height = 1 + sum(h * np.sin(a * x) * np.sin(b * y + 1) * np.cos(c * z + 2) for a, b, c, h in BUMPS)
+    height = np.ones(len(vertices))
+    for a, b, c, most in BUMPS:
+        height += most * np.sin(a * x) * np.sin(b * y + 1) * np.cos(c * z + 2)
     return vertices * height[:, None], faces
 
 

@@ -29,14 +29,17 @@ AIMED = 2_000_000
 def measure() -> list[Figure]:
     small = _against_povray("sphereflake, 91 spheres, 512x512", flake(2), None)
     large = _against_povray("sphereflake, 7381 spheres, 512x512", flake(4), 0.5)
-    growth = large[0].value / small[0].value
-    theirs = large[1].value / small[1].value if len(large) > 1 and large[1].value else None
+    growth, theirs = _growth(large[0], small[0]), _growth(large[1], small[1]) if len(large) > 1 else None
     said = f"POV-Ray's {theirs:.3g}" if theirs else _povray.MISSING
     found = [*small, *large, Figure("time of 7381 spheres / of 91", growth, "", 2.3, said)]
     found += _against_povray("mirror of 81 920 triangles, 640x480", mirror_ball(6), 0.6)
     with _without_machine_code():
         found += _against_povray("the same, searched in JAX", mirror_ball(6), 1.5)
     return [*found, *_closed(), *_built()]
+
+
+def _growth(large: Figure, small: Figure) -> float:
+    return (large.value or 0.0) / (small.value or np.inf)
 
 
 def _against_povray(name: str, scene: diffwhitted.Scene, goal: float | None) -> list[Figure]:

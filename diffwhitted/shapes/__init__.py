@@ -7,6 +7,7 @@ from ._disc import Disc, Discs
 from ._frusta import Frusta
 from ._kinds import OBJECTS
 from ._mesh import Mesh
+from ._mesh_file import read_mesh
 from ._object import AbstractObject, has_pose
 from ._plane import Plane, Planes
 from ._polygon import Polygon, Polygons
@@ -21,5 +22,5 @@ from ._triangles import Triangles
 __all__ = [
     "AbstractObject", "Box", "Boxes", "Cone", "Cylinder", "Disc", "Discs", "Faces", "Frusta", "Mesh", "OBJECTS",
     "POSE", "Plane", "Planes", "Polygon", "Polygons", "Polyhedra", "Polyhedron", "Quadric", "Quadrics", "Sphere",
-    "SphereSet", "Spheres", "Tori", "Torus", "Triangles", "has_pose",
+    "SphereSet", "Spheres", "Tori", "Torus", "Triangles", "has_pose", "read_mesh",
 ]  # fmt: skip
