@@ -141,13 +141,12 @@ def test_a_file_is_small_and_says_what_it_is(path):
 
 PUBLIC = {
     "diffwhitted": """
-        Antialiased Bounded COEFFICIENTS Camera CapacityError Checker Choice ConstantBackground Derivative
-        DirectionalLight Effects Explanation FarFromOrigin GradientBackground InputError KNOBS Knob Layers Material
-        Measured OrthographicCamera Plan Parameter Plane PointLight Polygon RayMaps Scene SceneError Settings Shot
-        Sphere antialias choose coefficient_value decide_effects derivative explain layers load_scene measure
-        parameter_value parameters parse_scene plan ray_maps read_cameras read_image render render_with_bound
-        replace_coefficient replace_parameter
-        save_scene scene_schema write_image
+        Antialiased Bounded Box COEFFICIENTS Camera CapacityError Checker Choice Cone ConstantBackground Cylinder
+        Derivative DirectionalLight Disc Effects Explanation FarFromOrigin GradientBackground InputError KNOBS Knob
+        Layers Material Measured OrthographicCamera Plan Parameter Plane PointLight Polygon Polyhedron Quadric RayMaps
+        Scene SceneError Settings Shot Sphere Torus antialias choose coefficient_value decide_effects derivative
+        explain layers load_scene measure parameter_value parameters parse_scene plan ray_maps read_cameras read_image
+        render render_with_bound replace_coefficient replace_parameter save_scene scene_schema write_image
     """,
     "fitting": """
         FitError FitResult FitStage FitStep FitView FittedCoefficient HeldOut Identification

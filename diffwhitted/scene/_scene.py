@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 
 from .._errors import FarFromOrigin, SceneError
 from ..records import changed, nearest_name, number_array, require
-from ..shapes import OBJECTS, AbstractObject
+from ..shapes import OBJECTS, AbstractObject, has_pose
 from ._material import Material
 from ._notes import give_notes
 from ._shot import Shot
@@ -109,7 +109,7 @@ class Scene(eqx.Module):
 
     def placed_objects(self) -> tuple[AbstractObject, ...]:
         """The objects where their transforms have taken them."""
-        return tuple(thing.as_placed() for thing in self.objects)
+        return tuple(thing.as_placed() if has_pose(thing) else thing for thing in self.objects)
 
     def with_cutoff(self, cutoff: float | None) -> "Scene":
         """The scene with another cutoff; None leaves it as it is."""

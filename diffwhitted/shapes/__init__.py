@@ -10,7 +10,7 @@ from ._object import AbstractObject
 from ._plane import Plane, Planes
 from ._polygon import Polygon, Polygons
 from ._polyhedron import Faces, Polyhedra, Polyhedron
-from ._pose import POSE
+from ._pose import POSE, has_pose
 from ._quadric import Quadric, Quadrics
 from ._sphere import Sphere, Spheres
 from ._torus import Tori, Torus
@@ -19,4 +19,5 @@ __all__ = [
     "AbstractObject", "Box", "Boxes", "Cone", "Cylinder", "Disc", "Discs", "Faces", "Frusta", "OBJECTS", "POSE",
     "Plane", "Planes", "Polygon", "Polygons", "Polyhedra", "Polyhedron", "Quadric", "Quadrics", "Sphere", "Spheres",
     "Tori", "Torus",
+    "has_pose",
 ]  # fmt: skip

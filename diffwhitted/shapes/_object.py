@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from ..geometry import AbstractSurfaces
 from ..numerics._vector import Vec3
 from ..records import Row, changed, is_traced, moved, stacked
-from ._pose import NAMES, POSE, affine, by_rows, stated_pose
+from ._pose import NAMES, POSE, affine, by_rows, has_pose, stated_pose
 
 
 class AbstractObject(eqx.Module):
@@ -79,7 +79,7 @@ class AbstractObject(eqx.Module):
 
     def as_placed(self, place: str | None = None):
         """The same without a transform: its own numbers are those of where it is. Differentiable."""
-        if all(getattr(self, name) is None for name in NAMES):
+        if not has_pose(self):
             return self
         bare = changed(self, **dict.fromkeys(NAMES))
         there = self.transformed(*affine(self), place or f"object {self.name!r}")

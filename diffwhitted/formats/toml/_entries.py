@@ -43,7 +43,7 @@ class Entry(BaseModel):
             **{field: self.value(field, place, dtype) for field in fields if getattr(self, field) is not None},
         )
 
-    def value(self, field: str, place: str, dtype):
+    def value(self, field: str, place: str, dtype) -> Any:
         """The value of a field: numbers as an array, text and counts as they are."""
         value = getattr(self, field)
         if not isinstance(value, (float, list)) or field == "faces":
