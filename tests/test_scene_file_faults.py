@@ -397,9 +397,9 @@ def test_no_odd_value_ends_in_anything_but_a_scene_or_its_error(data):
 PARALLEL = FILE.replace("vfov_deg = 61.9275", 'type = "orthographic"\nview_height = 2.5')
 
 
-HEAD = '[[material]]\nname = "glass"\n\n[[object]]\nname = "thing"\nmaterial = "glass"\n'
-RING = HEAD + 'type = "torus"\ncentre = [0, 0, 0]\naxis = [0, 1, 0]\nmajor_radius = 2\nminor_radius = 1\n'
-CONE = HEAD + 'type = "cone"\nbase = [0, 0, 0]\ntop = [0, 1, 0]\nbase_radius = 2\ntop_radius = 1\n'
+BALL = 'type = "sphere"\ncentre = [0, 0, 0]\nradius = 1\n'
+RING = FILE.replace(BALL, 'type = "torus"\ncentre = [0, 0, 0]\naxis = [0, 1, 0]\nmajor_radius = 2\nminor_radius = 1\n')
+CONE = FILE.replace(BALL, 'type = "cone"\nbase = [0, 0, 0]\ntop = [0, 1, 0]\nbase_radius = 2\ntop_radius = 1\n')
 
 
 SHOT = FILE + '\n\n[[shot]]\nname = "one"\nexposure = 1.0\ngamma = 2.2\n'

@@ -13,6 +13,7 @@ from shape_samples import CORNERS, STAIRS
 import diffwhitted as dw
 from benchmarks import _povray
 from diffwhitted.records import changed
+from references.supersampled import area_true, cosine, relative
 
 EGG = (1, 2, 0.8, 0.3, -0.2, 0.1, 0, 0, 0, -0.2)
 SOLIDS = [
@@ -33,7 +34,7 @@ SHEETS = [
     dw.Disc("mirror", (1.6, 0.6, -1), (-0.5, 0, 1), 0.9, "steel"),
     dw.Polyhedron("stairs", CORNERS, STAIRS, "glass").placed(
         scale=(0.5, 0.4, 0.6), rotate_deg=(0, -50, 0), translate=(0.9, -0.8, 0.3)),
-    dw.Cone("bowl", (-0.2, -0.8, 1.1), (-0.25, -0.4, 1.15), 0.2, 0.5, "glass", capped=False),
+    dw.Cone("bowl", (-0.2, -0.8, 1.1), (-0.25, -0.4, 1.15), 0.2, 0.5, "steel", capped=False),
 ]  # fmt: skip
 MATERIALS = {
     "glass": dw.Material(k_t=0.9, k_s=0.06, k_h=0.3, refractive_index=1.5, phong_exponent=80),
@@ -75,7 +76,7 @@ def test_glass_that_takes_nothing_is_not_seen_in_a_furnace(inside):
     """All light is let through, wherever it is bent and reflected totally, and comes from everywhere alike; also with
     the camera in the box. What is left out has more than 24 levels.
     """
-    clear = dw.Material(k_t=1.0, refractive_index=1.35, highlight="off")
+    clear = dw.Material(k_t=1.0, refractive_index=1.2, highlight="off")
     ball = dw.Sphere("ball", (1.35, -0.1, 0.05), 0.2, "clear")
     things = [changed(thing, material="clear") for thing in (*SOLIDS, ball)]
     stairs = dw.Polyhedron("stairs", CORNERS, STAIRS, "clear").placed(scale=0.5, translate=(-0.6, -0.9, 1.2))
@@ -134,3 +135,24 @@ def test_the_derivative_of_a_picture_is_that_of_differences(number):
     central = ((above - below) / (2 * step))[still]
     assert abs(central).max() > 1e-3
     np.testing.assert_allclose(np.asarray(slope)[still], central, rtol=2e-3, atol=2e-5)
+
+
+def test_the_rim_of_a_disc_moves_in_filtered_pictures():
+    """A disc and its shadow: picture and derivative in its radius against a difference of 32 x 32 points a pixel."""
+    disc = dw.Disc("thing", (0, 0.1, 0), (0.3, 1, 0.5), 0.9, "red")
+    camera = dw.Camera((0.2, 1.6, 5.5), (0, 0, 0), 28, 40, 30)
+    scene = scene_of([disc], camera, max_depth=1, lights=[dw.PointLight((1, 6, 2), 0.8)])
+    plan = dw.plan(scene, camera, footprint=1, max_depth=1)
+    plan = plan.with_capacity(2 * plan.capacity)
+
+    def picture(radius):
+        return dw.render(dw.replace_parameter(scene, "object.thing.radius", radius), camera, plan=plan)
+
+    image, slope = jax.jit(lambda r: jax.jvp(picture, (r,), (jnp.ones_like(r),)))(jnp.float32(0.9))
+    step = 0.01
+    below, above = (
+        area_true(dw.replace_parameter(scene, "object.thing.radius", 0.9 + d), camera, 32) for d in (-step, step)
+    )
+    central = (above - below) / (2 * step)
+    assert np.sqrt(((np.asarray(image) - (above + below) / 2) ** 2).mean()) < 0.008
+    assert cosine(np.asarray(slope, np.float64), central) > 0.97 and relative(np.asarray(slope), central) < 0.25

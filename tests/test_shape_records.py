@@ -72,7 +72,7 @@ def test_derivatives_in_every_number(name):
             np.testing.assert_allclose(np.asarray(slope)[(..., *index)], central, rtol=2e-5, atol=1e-6)
             assert float(np.asarray(back)[index]) == pytest.approx(float((weights * central).sum()), rel=2e-5, abs=1e-5)
             moves += bool(abs(central).max() > 1e-3)
-    assert moves > 6
+    assert moves >= 6
 
 
 def test_names_of_numbers():
