@@ -53,6 +53,9 @@ SLOW = (
     "test_stages",
     "test_hard_cases",
     "test_film",
+    "test_shapes",
+    "test_shape_records",
+    "test_shape_pictures",
 )
 """Files that compile for long: `make quick` leaves them out. The longest are begun first, so that no worker is left
 with one at the end.

@@ -44,7 +44,13 @@ FAULTS = {
     ),
     "negative colour": ("k_a = 0.012", "k_a = [1, -2, 1]", 'material "glass"', "k_a = [1, -2, 1]", ">= 0"),
     "negative light": ("[0.9, 0.9, 0.9]", "[0.9, -0.9, 0.9]", "1st [[light]]", "colour = [0.9, -0.9, 0.9]", ">= 0"),
-    "no such key": ("radius = 1", "radus = 1", 'object "ball"', '"radius"?', "centre, radius, material"),
+    "no such key": (
+        "radius = 1",
+        "radus = 1",
+        'object "ball"',
+        '"radius"?',
+        "centre, radius, scale, rotate_deg, translate, matrix",
+    ),
     "center": ("centre =", "center =", 'object "ball"', "unknown key center", 'Did you mean "centre"?'),
     "color": ("colour =", "color =", "1st [[light]]", "unknown key color", 'Did you mean "colour"?'),
     "ior": ("refractive_index =", "ior =", 'material "glass"', "ior = 1.5", 'Did you mean "refractive_index"?'),
@@ -174,7 +180,13 @@ FAULTS = {
         "or { gradient = a list of 2",
     ),
     "no such shape": ('"sphere"', '"spere"', 'object "ball"', 'type = "spere"', 'Did you mean "sphere"?'),
-    "number as shape": ('"sphere"', "7", 'object "ball"', "type = 7", '"sphere", "plane", "polygon" or "triangle"'),
+    "number as shape": (
+        '"sphere"',
+        "7",
+        'object "ball"',
+        "type = 7",
+        '"sphere", "plane", "polygon", "triangle", "box", ',
+    ),
     "no such light": ('"point"', '"spot"', "1st [[light]]", 'type = "spot"', '"point" or "directional"'),
     "no such texture": ('"checker"', '"marble"', 'texture "tiles" (1st [[texture]])', 'type = "marble"', '"checker"'),
     "no such shadow": ('"opaque"', '"soft"', "scene", 'shadows = "soft"', '"opaque", "tinted" or "off"'),
@@ -385,6 +397,11 @@ def test_no_odd_value_ends_in_anything_but_a_scene_or_its_error(data):
 PARALLEL = FILE.replace("vfov_deg = 61.9275", 'type = "orthographic"\nview_height = 2.5')
 
 
+BALL = 'type = "sphere"\ncentre = [0, 0, 0]\nradius = 1\n'
+RING = FILE.replace(BALL, 'type = "torus"\ncentre = [0, 0, 0]\naxis = [0, 1, 0]\nmajor_radius = 2\nminor_radius = 1\n')
+CONE = FILE.replace(BALL, 'type = "cone"\nbase = [0, 0, 0]\ntop = [0, 1, 0]\nbase_radius = 2\ntop_radius = 1\n')
+
+
 SHOT = FILE + '\n\n[[shot]]\nname = "one"\nexposure = 1.0\ngamma = 2.2\n'
 
 
@@ -401,7 +418,7 @@ def limited_keys():
 
 @pytest.mark.parametrize("model, key, value", list(limited_keys()))
 def test_a_limit_of_the_schema_is_a_limit_of_the_records(model, key, value):
-    file = next(text for text in (FILE, PARALLEL, SHOT) if f"\n{key} = " in text)
+    file = next(text for text in (FILE, PARALLEL, SHOT, RING, CONE) if f"\n{key} = " in text)
     table = next(
         name
         for name in ("scene", "camera", "texture", "material", "object", "shot")

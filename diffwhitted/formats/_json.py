@@ -68,10 +68,16 @@ def _stated(keys: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in keys.items() if value is not None}
 
 
-def _words(record) -> dict[str, str]:
+def _words(record) -> dict[str, Any]:
     """What a record says in words rather than numbers."""
-    held = {name: getattr(record, name) for name, row in rows_of(record).items() if row.kind in ("text", "choice")}
-    return _stated(held)
+    words = {
+        name: getattr(record, name) for name, row in rows_of(record).items() if not row.numeric and row.kind != "texels"
+    }
+    return {
+        name: np.asarray(value).tolist() if name == "matrix" else value
+        for name, value in words.items()
+        if value is not None
+    }
 
 
 def _settings(scene: Scene) -> dict[str, Any]:

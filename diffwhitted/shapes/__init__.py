@@ -8,11 +8,11 @@ from ._frusta import Frusta
 from ._kinds import OBJECTS
 from ._mesh import Mesh
 from ._mesh_file import read_mesh
-from ._object import AbstractObject, has_pose
+from ._object import AbstractObject
 from ._plane import Plane, Planes
 from ._polygon import Polygon, Polygons
 from ._polyhedron import Faces, Polyhedra, Polyhedron
-from ._pose import POSE
+from ._pose import POSE, has_pose
 from ._quadric import Quadric, Quadrics
 from ._sphere import Sphere, Spheres
 from ._sphere_set import SphereSet

@@ -115,12 +115,13 @@ class Box(AbstractObject):
 
     @classmethod
     def family(cls, corner, sides) -> Boxes:
-        ways = first, second, third = tuple(vec3(sides[..., k, :]) for k in range(3))
+        first, second, third = (vec3(sides[..., k, :]) for k in range(3))
         middle = vec3(corner) + (first + second + third) * 0.5
-        across = tuple(cross(ways[(k + 1) % 3], ways[(k + 2) % 3]) for k in range(3))
-        across = tuple(v * safe_divide(2, dot(v, way)) for v, way in zip(across, ways, strict=True))
+        faces = cross(second, third), cross(third, first), cross(first, second)
+        over = safe_divide(2, dot(first, faces[0]))
         diagonals = (first + second + third, first + second - third, first - second + third, second + third - first)
         longest = jnp.stack([dot(d, d) for d in diagonals]).max(axis=0)
+        across = faces[0] * over, faces[1] * over, faces[2] * over
         return Boxes(middle, across, 0.5 * jnp.sqrt(longest))
 
     def along_sides(self):

@@ -32,9 +32,8 @@ class Cylinder(AbstractObject):
             moves="rays"),
         CAPPED,
         Row("base_radius", "number", "With top_radius, in place of radius: the same number twice.", unit="m",
-            default=None, lowest=0, excluded=True, scale="log", moves="rays"),
-        Row("top_radius", "number", "See base_radius.", unit="m", default=None, lowest=0, excluded=True, scale="log",
-            moves="rays"),
+            default=None, scale="unbounded", moves="rays"),
+        Row("top_radius", "number", "See base_radius.", unit="m", default=None, scale="unbounded", moves="rays"),
     )  # fmt: skip
     FAMILY: ClassVar[type[AbstractSurfaces]] = Frusta
     CONVEX: ClassVar[bool] = True

@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from ..geometry import AbstractSurfaces
 from ..numerics._vector import Vec3
 from ..records import Row, changed, in_dtype, is_traced, moved, stacked
-from ._pose import NAMES, POSE, affine, by_rows, stated_pose
+from ._pose import NAMES, POSE, affine, by_rows, has_pose, stated_pose
 
 
 class AbstractObject(eqx.Module):
@@ -157,12 +157,6 @@ class AbstractObject(eqx.Module):
         """Is the point (3,) inside the volume that it bounds?"""
         x, y, z = (jnp.asarray([c], float) for c in np.asarray(place, np.float64))
         return bool(self.alone().contains(Vec3(x, y, z))[0])
-
-
-def has_pose(thing: AbstractObject) -> bool:
-    """Does a transform take it anywhere? Scenes have thousands of objects, so their fields are looked at directly."""
-    held = vars(thing)
-    return any(held.get(name) is not None for name in NAMES)
 
 
 def joined(parts: Sequence):
