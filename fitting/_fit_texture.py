@@ -32,8 +32,8 @@ class TextureFit:
     0 where one is below.
     standard_errors: (height, width, 3), NaN where unseen. seen: (height, width), whether the pictures determine the
     texel.
-    residual: root mean square of picture - target, over the pixels that count. noise: the standard deviation of a pixel,
-    of what the fit left over; NaN where it was stated.
+    residual: root mean square of picture - target, over the pixels that count. noise: the standard deviation of a
+    pixel, of what the fit left over; NaN where it was stated.
     left_out: pixels that see the map in places too far apart to be told from each other: they count in the texels and
     not in the standard errors, which are larger for it.
     pictures: what each target looks like now, by name.
