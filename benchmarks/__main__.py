@@ -10,7 +10,9 @@ from ._figures import Figure, machine, save, show
 from ._fresh import figures_of
 from ._scene import FOLDER
 
-BENCHMARKS = ("forward", "derivatives", "compile", "edges", "accuracy", "fit", "memory", "waiting", "search")
+BENCHMARKS = (
+    "forward", "derivatives", "compile", "edges", "accuracy", "textures", "fit", "memory", "waiting", "search",
+)  # fmt: skip
 
 
 def main(names: list[str]) -> int:

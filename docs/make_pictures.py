@@ -1,5 +1,5 @@
 """Makes the pictures of the README: target, start and fit of the example side by side; points and footprints
-enlarged; error against time; where the rays are.
+enlarged; textures; error against time; where the rays are.
 
 Run from the top of the repository, after `make demo`: python docs/make_pictures.py
 """
@@ -37,6 +37,10 @@ for name, how in {"one point": {}, "4x4 points": {"samples": 4}, "one filtered t
     panels.append(picture[85:185, 90:210].repeat(3, axis=0).repeat(3, axis=1))
 gap = np.ones((panels[0].shape[0], 8, 3), np.float32)
 diffwhitted.write_image("docs/edges.png", np.concatenate([panels[0], gap, panels[1], gap, panels[2]], axis=1))
+
+scene = diffwhitted.load_scene(EXAMPLES / "globe.toml")
+camera = scene.cameras["main"].resized(640, 480)
+diffwhitted.write_image("docs/textures.jpg", np.asarray(diffwhitted.render(scene, camera)))
 
 jax.config.update("jax_enable_x64", True)
 scene = diffwhitted.load_scene(EXAMPLES / "three_spheres.toml")

@@ -138,7 +138,7 @@ def test_a_map_that_a_mirror_shows_once_more(monkeypatch):
     monkeypatch.setattr(_map_solve, "map_rows", partial(map_rows, apart=(3,)))
     true = room(mirror=0.6)
     found = fit_texture(room(np.full_like(TRUE, 0.5), mirror=0.6), "map", pictures(true))
-    assert found.status == "converged" and found.left_out > 10 and "in several places" in found.message
+    assert found.status == "converged" and found.left_out > 2 and "in several places" in found.message
     np.testing.assert_allclose(found.texels[found.seen], TRUE[found.seen], atol=1e-5)
 
 

@@ -47,7 +47,7 @@ def _material(word: str, material: Material, what: Thing, lost: Losses) -> list[
     if n > LARGEST_EXPONENT:
         lost.say(f"phong_exponent of {{}}: programs read Ns up to {LARGEST_EXPONENT}", what)
     for coefficient, texture in material.textures:
-        lost.say(f"texture {named(texture)} of {coefficient} of {{}} is lost: MTL has pictures alone", what)
+        lost.say(f"texture {named(texture)} of {coefficient} of {{}} is lost: MTL maps by uv alone", what)
     lines = [f"newmtl {word}"]
     lines += [f"{key} {listed(value)}" for key, value in (("Ka", k["k_a"]), ("Kd", k["k_d"]), ("Ks", k_h))]
     lines.append(f"Ns {text(n)}")

@@ -93,6 +93,10 @@ class MapView:
     def picture(self, texels) -> Float[np.ndarray, "rows columns 3"]:
         return self._whole(side_by_side(lambda part: _look(part, texels), self.parts))
 
+    def compile_along(self, texels, count: int) -> None:
+        """The program of `along` for so many directions at a time."""
+        jax.block_until_ready(_along(self.parts[0], texels, np.zeros((count, *texels.shape), texels.dtype)))
+
     def along(self, texels, ways: Float[np.ndarray, "ways height width 3"]) -> Float[np.ndarray, "ways rows columns 3"]:
         """The derivatives of the picture in some directions."""
         films = side_by_side(lambda part: _along(part, texels, ways), self.parts)

@@ -6,6 +6,7 @@ gradients whose products go through the recorded trees, forward and backward.
 """
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from jaxtyping import Bool, Float
 from scipy import sparse
 
 from ..judging._banded import Banded
-from ..judging._map_rows import MapRows, map_rows
+from ..judging._map_rows import WAYS, MapRows, map_rows
 from ..problem._map_view import MapView
 
 DAMPING = 1e-6
@@ -52,7 +53,11 @@ def solve_map(
     """
     dtype = views[0].parts[0].scene.dtype
     rows, factors, converged = None, None, False
-    pictures = [view.picture(texels.astype(dtype)) for view in views]
+    # Compile both programs at once.
+    with ThreadPoolExecutor(1) as aside:
+        compiling = aside.submit(views[0].compile_along, texels.astype(dtype), WAYS)
+        pictures = [view.picture(texels.astype(dtype)) for view in views]
+        compiling.result()
     step_count = 0
     for step_count in range(max_steps + 1):
         loss = _loss(views, pictures)

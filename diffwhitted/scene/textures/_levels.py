@@ -58,7 +58,7 @@ def _halved(xp, rows):
 class Levels(eqx.Module):
     """Pictures of one size on all their levels, with the one that each ray needs."""
 
-    texels: Float[Array, "pictures all 3"]
+    texels: Float[Array | np.ndarray, "pictures all 3"]
     which: Int[Array, "*n"]
     size: tuple[int, int] = eqx.field(static=True)
     wrap: Wrap = eqx.field(static=True)
