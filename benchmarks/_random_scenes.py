@@ -148,12 +148,12 @@ def _counted(picture: np.ndarray, random: np.random.Generator) -> np.ndarray:
     return _noisy(random.poisson(np.maximum(picture, 0) * electrons) / electrons, random, 0.002)
 
 
-def _behind_mask(picture: np.ndarray, random: np.random.Generator) -> Target:
-    """Gaussian noise, and something else in a third of the picture, which a mask leaves out."""
+def _behind_bars(picture: np.ndarray, random: np.random.Generator) -> Target:
+    """Gaussian noise, and bars of something else across a third of the picture, which a mask leaves out."""
     down, across = np.indices(picture.shape[:2])
-    angle = random.uniform(0, 2 * np.pi)
-    place = np.cos(angle) * (across - SIZE[0] / 2) + np.sin(angle) * (down - SIZE[1] / 2)
-    mask = (place < np.quantile(place, 0.67)).astype(np.float64)
+    angle, width = random.uniform(0, np.pi), random.uniform(5, 12)
+    place = (np.cos(angle) * across + np.sin(angle) * down) / width + random.uniform()
+    mask = (place % 1 < 0.67).astype(np.float64)
     seen = np.where(mask[..., None] > 0, _noisy(picture, random, 0.01), random.uniform(size=picture.shape))
     return Target(seen, mask=mask)
 
@@ -164,7 +164,7 @@ KINDS: dict[str, Callable] = {
     "16-bit sRGB": lambda p, r: _stored(p, 16, "png"),
     "Gaussian noise": lambda p, r: _noisy(p, r, 10 ** r.uniform(-3, -1.5)),
     "Poisson and read noise": _counted,
-    "mask": _behind_mask,
+    "mask": _behind_bars,
     "JPEG, quality 90": lambda p, r: _stored(p, 8, "jpg"),
     "JPEG, quality 90, noise": lambda p, r: _stored(_noisy(p, r, 10 ** r.uniform(-3, -2)), 8, "jpg"),
     "antialiased": lambda p, r: p,

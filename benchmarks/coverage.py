@@ -30,17 +30,21 @@ class Kind:
     half: dict[str, list[float]] = field(default_factory=dict)
     error: dict[str, list[float]] = field(default_factory=dict)
     certain: int = 0
+    without: int = 0
     statuses: Counter = field(default_factory=Counter)
     seconds: float = 0.0
 
     def add(self, result: fitting.FitResult, truth: dict[str, float], seconds: float) -> None:
-        """One more fit; a number without an interval has missed."""
+        """One more fit; a number without an interval is counted apart."""
         self.seconds += seconds
         self.statuses[result.status] += 1
         self.certain += "certain bounds" in result.message
         for name, value in truth.items():
             found = result[name]
-            low, high = found.interval_95 or (np.nan, np.nan)
+            if found.interval_95 is None:
+                self.without += 1
+                continue
+            low, high = found.interval_95
             self.held.setdefault(name, []).append(bool(low <= value <= high))
             self.half.setdefault(name, []).append((high - low) / 2)
             self.error.setdefault(name, []).append(found.value - value)
@@ -55,13 +59,13 @@ class Kind:
 
     @property
     def pooled(self) -> float:
-        return float(np.mean(list(self.held.values())))
+        return float(np.mean(sum(self.held.values(), [])))
 
     @property
     def widths(self) -> dict[str, float]:
         """Median half of an interval over the root of the mean square of the errors."""
         return {
-            name: float(np.nanmedian(half) / np.sqrt(np.mean(np.square(self.error[name]))))
+            name: float(np.median(half) / np.sqrt(np.mean(np.square(self.error[name]))))
             for name, half in self.half.items()
         }
 
@@ -90,7 +94,8 @@ def figures(name: str, found: Kind) -> list[Figure]:
     other = ", ".join(f"{count} {status}" for status, count in found.statuses.items() if status != "converged")
     note = (
         f"{found.fits} fits, {found.seconds / max(found.fits - 1, 1):.2g} s each; least {100 * each[least]:.1f} "
-        f"({least}), most {100 * each[most]:.1f} ({most}); certain bounds in {found.certain}"
+        f"({least}), most {100 * each[most]:.1f} ({most}); certain bounds in {found.certain}, "
+        f"no interval for {found.without}"
     )
     shown = [Figure(f"{name}: intervals that miss", 100 * (1 - found.pooled), "%", 100 * (1 - LOWEST), note)]
     if not (certain or systematic):

@@ -156,6 +156,14 @@ def reweighted(view: View, weight: np.ndarray) -> View:
     return replace(view, parts=parts, weight=weight)
 
 
+def retargeted(view: View, image: np.ndarray) -> View:
+    """The view with another target, (height, width, 3)."""
+    plan = view.parts[0].plan
+    each = dealt(jnp.asarray(image, view.parts[0].target.dtype), view.passes, plan.pass_pixels)
+    parts = tuple(replace(part, target=each[n % view.passes]) for n, part in enumerate(view.parts))
+    return replace(view, parts=parts, image=image)
+
+
 def at_places(view: View, places: Float[Array, "places 2"]) -> View:
     """The view with one sample at each of these places in every pixel, not yet traced; where no ray moves."""
     passes = view.parts[: view.passes]
