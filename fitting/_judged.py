@@ -18,7 +18,6 @@ from .judging._misfit import agree_more_than, at_rounding_level, is_structured, 
 from .judging._rest import jacobian_precision, on_bound, residual_noise, rest_share, unsettled
 from .problem._problem import Problem, factorise
 from .problem._target import CheckedTarget, residual_count
-from .problem._whole_pictures import shown_by
 from .solving._by_codes import by_codes
 from .solving._settling import Settled
 from .solving._solve import Solution
@@ -111,7 +110,7 @@ def judged(scene: Scene, targets: Sequence[CheckedTarget], end: Settled) -> Judg
     # Allow for what a codec leaves, which is known by example, and go along with neighbours as its examples do.
     examples = np.zeros((len(unknowns),) * 2)
     if end.codec is not None:
-        departures = end.codec.departures(shown_by(targets, best.films))
+        departures = [found.departures for found in end.codec.examples(end.problem, best.values)]
         examples = scatter(end.problem, targets, best.values, departures)
         structured = structured and agree_more_than(views, noises, departures)
     # Allow for residuals of unequal size, and for those that go along with their neighbours'.

@@ -1,33 +1,52 @@
 """Targets that a JPEG lost something of: what it loses is the same for pictures that look the same.
 
 A codec takes colour together over several pixels and rounds waves over 8 x 8 of them. Both leave errors that go along
-with the picture, above all at edges, and are no noise. But the codec is known: what it makes of the fitted picture is
-what it would make of the true one, nearly, so residuals are taken from there. With C the codec,
+with the picture, above all at edges, and are no noise. But the codec C is known. Of pictures that are nearly the fitted
+one, by coefficients that are a little other and with the noise that a picture had before it was written,
 
-    residual = target - C(model) = (target - (C(model) - model)) - model,
+    loss = C(picture) - picture
 
-so a fit to the target in brackets, anew from each solution, ends where C(model) leaves least. Noise that a picture had
-before it was written decides how its waves were rounded; then C is the mean over draws of such noise, as large as what
-is left over says.
+has a mean, such as colour that runs over an edge, and a scatter, the rounding. The mean is taken from the target, anew
+from each solution; the scatter says by example how far off the coefficients may be.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
 from diffwhitted.image import decode_signal, encode_signal
 
+from ..judging._normal import normal_inverse
+from ..problem._problem import Problem
 from ..problem._target import CheckedTarget
+from ..problem._whole_pictures import whole_rows
 
 DRAWS = 16
 SEED = 1992
 ROUNDS = 4
 """The target follows the solution, which follows the target."""
 LARGEST = 255
-LEAST_NOISE = 0.5
-"""Codes, standard deviation. Without any noise what a codec leaves jumps with the picture, and is no guide."""
+OTHER = 2.0
+"""Codes, RMS, by which the pictures of the examples are other than the fitted one: so that waves are rounded another
+way.
+"""
+
+
+class Examples(NamedTuple):
+    """What a target may have lost, (draws, height, width, 3): in codes, and in linear light."""
+
+    codes: Float[np.ndarray, "draws height width 3"]
+    light: Float[np.ndarray, "draws height width 3"]
+
+    @property
+    def departures(self) -> Float[np.ndarray, "draws height width 3"]:
+        """In linear light, about their mean."""
+        spare = len(self.light) / max(len(self.light) - 1, 1)
+        apart = (self.light - self.light.mean(axis=0)) * spare**0.5
+        return np.broadcast_to(apart, (DRAWS, *apart.shape[1:]))
 
 
 def is_known(targets: Sequence[CheckedTarget]) -> bool:
@@ -40,63 +59,65 @@ class Codec:
     """Of the targets, with noise of so many codes before they were written."""
 
     targets: tuple[CheckedTarget, ...]
-    sigma: float
+    sigma: float = 0.0
 
-    def draws(self, shown: Sequence[np.ndarray]) -> list[np.ndarray]:
-        """For each target the codes that are read of what is shown, (draws, height, width, 3), with other noise each
-        time.
-        """
-        return [self._drawn(t, p) for t, p in zip(self.targets, shown, strict=True)]
+    def examples(self, problem: Problem, values: np.ndarray) -> list[Examples]:
+        """Of each target, near what it shows at these coefficients."""
+        looks = list(whole_rows(problem, values))
+        count, random = len(problem.unknowns), np.random.default_rng(SEED)
+        jacobians = [problem.joined(np.moveaxis(r.columns, 2, 0).astype(np.float64), r.numbers) for r in looks]
+        gram = sum(np.einsum("phwc,qhwc->pq", j, j) for j in jacobians)
+        # Steps that change the pictures, as the fit weighs them, by as much in all ways.
+        length, ways = np.linalg.eigh(normal_inverse(np.asarray(gram), 1e-9))
+        steps = random.normal(size=(DRAWS, count)) @ (ways * np.sqrt(np.maximum(length, 0))).T
+        changes = []
+        for look, jacobian in zip(looks, jacobians, strict=True):
+            weight = np.asarray(look.view.weight, np.float64)
+            slope = np.divide(jacobian, weight, out=np.zeros_like(jacobian), where=weight > 0)
+            changes.append(np.tensordot(steps, slope, 1))
+        pairs = list(zip(self.targets, looks, changes, strict=True))
+        moved = [(encoded(t, look.shown + c) - encoded(t, look.shown))[:, t.mask > 0] for t, look, c in pairs]
+        size = max(float(np.sqrt(np.mean(np.concatenate([m.ravel() for m in moved]) ** 2))), 1e-9)
+        return [self._of(t, look.shown, c * OTHER / size, random) for t, look, c in pairs]
 
-    def _drawn(self, target: CheckedTarget, picture: Float[np.ndarray, "height width 3"]) -> np.ndarray:
+    def _of(self, target: CheckedTarget, shown: np.ndarray, changes: np.ndarray, random) -> Examples:
         assert target.file is not None and target.file.jpeg is not None, "asked for by `is_known`"
-        signal, random = encoded(target, picture), np.random.default_rng(SEED)
-        # Pixels that do not count hold what the file has of them; a target without others needs no draw.
-        used = target.mask > 0
+        used = target.mask[..., None] > 0
         if not used.any():
-            return signal[None]
-        signal = np.where(used[..., None], signal, encoded(target, target.file.pixels))
-        found = []
-        for _ in range(DRAWS):
+            return Examples(np.zeros((1, *shown.shape)), np.zeros((1, *shown.shape)))
+        codes, light = [], []
+        for change in changes:
+            # Pixels that do not count hold what the file has of them.
+            picture = np.clip(shown + change, 0, 1)
+            signal = np.where(used, encoded(target, picture), encoded(target, target.file.pixels))
             noisy = np.rint(np.clip(signal + self.sigma * random.normal(size=signal.shape), 0, LARGEST))
-            found.append(target.file.jpeg.of(noisy.astype(np.uint8)))
-        return np.stack(found)
+            read = target.file.jpeg.of(noisy.astype(np.uint8)).astype(np.float64)
+            codes.append(read - signal)
+            light.append(decoded(target, read) - picture)
+        return Examples(np.stack(codes), np.stack(light))
 
-    def corrected(self, shown: Sequence[np.ndarray], draws: Sequence[np.ndarray]) -> tuple[CheckedTarget, ...]:
-        """The targets without what the codec does to pictures (height, width, 3) that are shown, linear."""
-        found = []
-        for target, picture, codes in zip(self.targets, shown, draws, strict=True):
-            lost = decoded(target, codes).mean(axis=0) - picture
-            image = np.where(target.mask[..., None] > 0, target.image - lost, target.image)
-            found.append(replace(target, image=image.astype(target.image.dtype)))
-        return tuple(found)
+    def corrected(self, examples: Sequence[Examples]) -> tuple[CheckedTarget, ...]:
+        """The targets without what they have lost on average."""
+        return tuple(
+            replace(
+                t, image=np.where(t.mask[..., None] > 0, t.image - e.light.mean(axis=0), t.image).astype(t.image.dtype)
+            )
+            for t, e in zip(self.targets, examples, strict=True)
+        )
 
-    def as_noisy(self, draws: Sequence[np.ndarray]) -> "Codec":
-        """With as much noise as what is left over tells."""
-        left, noise = self.apart(draws)
-        return replace(self, sigma=max(self.sigma * float(np.clip(left / max(noise, 1e-9), 0.5, 2)), LEAST_NOISE))
-
-    def departures(self, shown: Sequence[np.ndarray]) -> list[np.ndarray]:
-        """For each target what the draws are apart from their mean, linear, (draws, height, width, 3)."""
-        found = []
-        for target, codes in zip(self.targets, self.draws(shown), strict=True):
-            light = decoded(target, codes)
-            apart = (light - light.mean(axis=0)) * (DRAWS / (DRAWS - 1)) ** 0.5
-            found.append(np.broadcast_to(apart, (DRAWS, *apart.shape[1:])))
-        return found
-
-    def apart(self, draws: Sequence[np.ndarray]) -> tuple[float, float]:
-        """RMS in codes of what is left over, and of what noise so large would leave over."""
-        left, noise = [], []
-        for target, codes in zip(self.targets, draws, strict=True):
-            mean, used = codes.mean(axis=0), target.mask > 0
-            left.append((encoded(target, target.image) - mean)[used].ravel())
-            noise.append((codes - mean)[:, used].ravel())
-        spare = DRAWS / (DRAWS - 1)
-        return _middle(np.concatenate(left)), spare**0.5 * _middle(np.concatenate(noise))
+    def as_noisy(self, shown: Sequence[np.ndarray], examples: Sequence[Examples]) -> "Codec":
+        """With as much noise as makes the examples scatter by what is left over."""
+        left, scatter = [], []
+        for t, picture, found in zip(self.targets, shown, examples, strict=True):
+            used, mean = t.mask > 0, found.codes.mean(axis=0)
+            left.append((encoded(t, t.image) - encoded(t, picture) - mean)[used].ravel())
+            scatter.append((found.codes - mean)[:, used].ravel())
+        excess = _middle(np.concatenate(left)) - DRAWS / (DRAWS - 1) * _middle(np.concatenate(scatter))
+        return replace(self, sigma=max(self.sigma**2 + excess, 0.0) ** 0.5)
 
 
 def encoded(target: CheckedTarget, picture: np.ndarray) -> np.ndarray:
+    """Codes, not rounded."""
     assert target.file is not None
     return LARGEST * encode_signal(np.clip(picture.astype(np.float64), 0, 1), target.file.encoding or "srgb")
 
@@ -107,6 +128,6 @@ def decoded(target: CheckedTarget, codes: np.ndarray) -> np.ndarray:
 
 
 def _middle(values: np.ndarray) -> float:
-    """Root of the mean square of all but the largest hundredth."""
-    square = np.sort((values**2).ravel())
-    return float(np.sqrt(square[: max(int(0.99 * square.size), 1)].mean()))
+    """The mean square of all but the largest hundredth."""
+    square = np.sort(values**2)
+    return float(square[: max(int(0.99 * square.size), 1)].mean())

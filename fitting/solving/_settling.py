@@ -19,8 +19,8 @@ from ..problem._views import retargeted
 from ..problem._weighing import Weighing, first_weighing, weighed
 from ..problem._whole_pictures import shown_by
 from ._estimating import estimated
-from ._lossy import LEAST_NOISE, Codec
 from ._lossy import ROUNDS as CODEC_ROUNDS
+from ._lossy import Codec
 from ._lossy import is_known as known_losses
 from ._robust import HUBER_ROUNDS, reweighed
 from ._sampling import SIDE, Comparison, compared, moved_by_spread, sampled, spread_of
@@ -179,17 +179,15 @@ def settle(
     def without_losses() -> Codec:
         """Go on with targets without what their codec lost of what is fitted."""
         nonlocal targets, problem, solution
-        given, shown = targets, shown_by(targets, solution.films)
-        codec = Codec(given, LEAST_NOISE)
-        codec = replace(codec, sigma=max(codec.apart(codec.draws(shown))[0], LEAST_NOISE))
+        codec = Codec(targets)
         for _ in range(CODEC_ROUNDS):
-            draws = codec.draws(shown)
-            targets, codec = codec.corrected(shown, draws), codec.as_noisy(draws)
+            examples = codec.examples(problem, solution.values)
+            targets = codec.corrected(examples)
+            codec = codec.as_noisy(shown_by(targets, solution.films), examples)
             views = zip(problem.views, targets, strict=True)
             problem = replace(problem, views=tuple(retargeted(view, t.image) for view, t in views))
             problem, solution = solved(problem, weighing, solution.values, solution)
             weigh()
-            shown = shown_by(given, solution.films)
         return codec
 
     weigh()

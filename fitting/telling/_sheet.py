@@ -30,15 +30,15 @@ def contact_sheet(
     rows = []
     for view in views:
         used = np.asarray(view.weight) > 0
-        size = np.square(np.asarray(view.target, np.float64)[used]).mean() ** 0.5 if used.any() else math.nan
+        size = np.square(np.asarray(view.target, np.float64)[used]).mean() ** 0.5 if used.any() else 0.0
         rows.append(
             {
                 "name": view.camera,
                 "left_out": view.camera in left_out,
                 "pixels": int(used.sum()),
                 "rmse": view.rmse,
-                "share": view.rmse / size if size > 0 else math.nan,
-                "mean": float(np.asarray(view.residual, np.float64)[used].mean()) if used.any() else math.nan,
+                "share": view.rmse / size if size > 0 else None,
+                "mean": float(np.asarray(view.residual, np.float64)[used].mean()) if used.any() else None,
                 **draw(view, math.ceil(max(used.shape) / LARGEST_SIDE), reach),
             }
         )
