@@ -163,7 +163,8 @@ def fit(
         (d.name, d.on, d.why) for d in decide_effects(scene, whole_names(scene, names), max_depth, footprint)
     )
     notes = grey_note(grey_only(scene, problem, targets, best.values))
-    notes += tuple(f"{name} begins where the pictures have the lamp, not at its start" for name in relit)
+    if relit:
+        notes += (f"looked for from where the pictures have the lamp, not from the start: {', '.join(relit)}",)
     notes += tuple(f"{name} left as it is: {why}" for name, why in passed_over)
     notes += tuple(remark for target in targets for remark in target.notes)
     wild = _wild(targets, end)

@@ -60,7 +60,7 @@ def test_directions_far_off_are_found(degrees, chrome, matte):
     result = fitting.fit(start, shots_of(true), free, start=guess)
     for name, light in zip(LAMPS, result.scene.lights, strict=True):
         assert apart(light.direction, LAMPS[name]) < 0.5, (name, result.message)
-    assert "begins where the pictures have the lamp" in result.message
+    assert "from where the pictures have the lamp" in result.message
 
 
 @pytest.mark.slow
@@ -77,6 +77,6 @@ def test_places_far_off_are_found():
 def test_a_start_that_is_right_is_kept():
     scene = studio(LAMPS)
     result = fitting.fit(scene, shots_of(scene), ["light.*.direction"], start={})
-    assert "begins where" not in result.message
+    assert "from where" not in result.message
     for name, light in zip(LAMPS, result.scene.lights, strict=True):
         assert apart(light.direction, LAMPS[name]) < 0.5

@@ -99,7 +99,7 @@ def sampled(problem: Problem, side: int, values: np.ndarray, moment: float | Non
     dtype = problem.scene.dtype
     places = sample_places(side, dtype)
     if moment is not None:
-        places = 0.5 + (places - 0.5) * (moment / (1 - 1 / side**2)) ** 0.5
+        places = 0.5 + (places - 0.5) * float(moment / (1 - 1 / side**2)) ** 0.5
     views = tuple(at_places(view, places) for view in problem.views)
     views = prepared(problem.scene, problem.nameless, jnp.asarray(problem.all_values(values), dtype), views, False)
     return replace(problem, views=views)
