@@ -93,11 +93,10 @@ material = "floor"
 def random_scene(random: np.random.Generator) -> tuple[Scene, dict[str, float]]:
     """A scene, and its free numbers by the names that a fit has for them."""
 
-    def draw(low, high, count=None):
-        values = np.round(random.uniform(low, high, count), 6)
-        return float(values) if count is None else values.tolist()
+    def draw(low: float, high: float) -> float:
+        return round(float(random.uniform(low, high)), 6)
 
-    colour = draw(0.1, 0.6, 3)
+    colour = [draw(0.1, 0.6) for _ in range(3)]
     drawn = {"k_a": draw(0.02, 0.15), "k_h": draw(0.1, 0.3), "phong_exponent": draw(8, 60)}
     k_s, floor = draw(0.2, 0.7), draw(0.2, 0.7)
     text = SCENE.format(

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from diffwhitted import Scene, Shot
-    from diffwhitted.scene import AbstractCamera
+    from diffwhitted.scene import AbstractCamera, PixelFilter
 
     from ._render import Picture
 
@@ -60,7 +60,7 @@ def as_shown(pixels: np.ndarray, shot: Shot, codes: bool) -> np.ndarray:
     return shown
 
 
-def under_filter(scene: Scene, camera: AbstractCamera, depth: int | None, samples: int, kind: str) -> Picture:
+def under_filter(scene: Scene, camera: AbstractCamera, depth: int | None, samples: int, kind: PixelFilter) -> Picture:
     """A picture by points, n x n a pixel, under a reconstruction filter."""
     from diffwhitted.image._filters import filtered
 

@@ -84,7 +84,7 @@ def agree_more_than(
         return float(sum(_neighbours(z).sum() for z in scaled))
 
     usual = [agreement([example[k] for example in examples]) for k in range(len(examples[0]))]
-    return agreement([view.residual for view in views]) > np.mean(usual) + CLEARLY * np.std(usual)
+    return bool(agreement([view.residual for view in views]) > np.mean(usual) + CLEARLY * np.std(usual))
 
 
 def _scaled(view: FitView, noise: np.ndarray | None) -> np.ndarray:

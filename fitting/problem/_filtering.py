@@ -19,7 +19,8 @@ class Filtering:
     """The sum over samples so far, of pictures (height, width, ...), for one filter."""
 
     def __init__(self, kind: PixelFilter, height: int, width: int):
-        self.kind, self.size = kind, (height, width)
+        self.kind: PixelFilter = kind
+        self.size = height, width
         self.total: Array | np.ndarray | float = 0.0
         self.weight = np.zeros((height, width))
 
