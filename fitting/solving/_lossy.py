@@ -29,6 +29,8 @@ SEED = 1992
 ROUNDS = 4
 """The target follows the solution, which follows the target."""
 LARGEST = 255
+MOST_PIXELS = 1_000_000
+"""In all targets; of more the examples would not fit the memory."""
 OTHER = 2.0
 """Codes, RMS, by which the pictures of the examples are other than the fitted one: so that waves are rounded another
 way.
@@ -51,7 +53,8 @@ class Examples(NamedTuple):
 
 def is_known(targets: Sequence[CheckedTarget]) -> bool:
     """Can the losses of all targets be repeated?"""
-    return all(t.file is not None and t.file.jpeg is not None and not t.monochrome for t in targets)
+    few = sum(t.mask.size for t in targets) <= MOST_PIXELS
+    return few and all(t.file is not None and t.file.jpeg is not None and not t.monochrome for t in targets)
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,7 @@ class Codec:
         for look, jacobian in zip(looks, jacobians, strict=True):
             weight = np.asarray(look.view.weight, np.float64)
             slope = np.divide(jacobian, weight, out=np.zeros_like(jacobian), where=weight > 0)
-            changes.append(np.tensordot(steps, slope, 1))
+            changes.append(np.tensordot(steps, slope, 1).astype(np.float32))
         pairs = list(zip(self.targets, looks, changes, strict=True))
         moved = [(encoded(t, look.shown + c) - encoded(t, look.shown))[:, t.mask > 0] for t, look, c in pairs]
         size = max(float(np.sqrt(np.mean(np.concatenate([m.ravel() for m in moved]) ** 2))), 1e-9)
@@ -92,8 +95,8 @@ class Codec:
             signal = np.where(used, encoded(target, picture), encoded(target, target.file.pixels))
             noisy = np.rint(np.clip(signal + self.sigma * random.normal(size=signal.shape), 0, LARGEST))
             read = target.file.jpeg.of(noisy.astype(np.uint8)).astype(np.float64)
-            codes.append(read - signal)
-            light.append(decoded(target, read) - picture)
+            codes.append((read - signal).astype(np.float32))
+            light.append((decoded(target, read) - picture).astype(np.float32))
         return Examples(np.stack(codes), np.stack(light))
 
     def corrected(self, examples: Sequence[Examples]) -> tuple[CheckedTarget, ...]:
