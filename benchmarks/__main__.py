@@ -11,7 +11,8 @@ from ._fresh import figures_of
 from ._scene import FOLDER
 
 BENCHMARKS = (
-    "forward", "derivatives", "compile", "edges", "accuracy", "textures", "fit", "memory", "waiting", "search",
+    "forward", "derivatives", "compile", "edges", "accuracy", "textures", "fit", "coverage", "memory", "waiting",
+    "search",
 )  # fmt: skip
 
 

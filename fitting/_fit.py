@@ -35,7 +35,9 @@ from .problem._target import CheckedTarget, as_targets
 from .problem._unknowns import Unknown, insert, start_values
 from .problem._whole_pictures import shown_by
 from .solving._alternatives import likely_causes
+from .solving._lamps import best_lamps
 from .solving._robust import LOSSES
+from .solving._sampling import SIDE
 from .solving._settling import Settled, settle
 from .solving._solve import compile_solver
 
@@ -125,15 +127,21 @@ def fit(
         require_no_places(unknowns)
     first = start_values(scene, wanted.leaders, start)
     require_start(wanted.leaders, first)
-    automatic = footprint is None and not scene.footprint and samples == 1 and not any_moves(unknowns)
+    moving, wide = any_moves(unknowns), {target.shot.filter for target in targets} - {None}
+    plain = footprint is None and not scene.footprint and samples == 1
+    automatic = plain and not moving and not wide
+    # A filter that is stated is one of pixels, and one that is wider than a pixel asks for more samples than trees.
+    if plain and wide:
+        samples = SIDE if not moving else 2 if wide != {"box"} else 1
     if footprint is None:
-        footprint = scene.footprint or (samples if any_moves(unknowns) else 0)
+        footprint = scene.footprint or (samples if moving else 0)
     sampling = None if automatic else "pixel" if footprint or samples > 1 else "points"
     footprint, samples = able(scene, unknowns, footprint, samples)
     problem, weighing = build(scene, targets, names, wanted, first, samples, max_depth, footprint)
     compile_solver(problem, first)
+    begin, relit = best_lamps(scene, targets, problem, first)
     seconds_compile, ends = time.perf_counter() - begun, []
-    for point in _starting_points(first, wanted.leaders, starts):
+    for point in _starting_points(begin, wanted.leaders, starts):
         ends.append(
             settle(
                 problem,
@@ -155,13 +163,15 @@ def fit(
         (d.name, d.on, d.why) for d in decide_effects(scene, whole_names(scene, names), max_depth, footprint)
     )
     notes = grey_note(grey_only(scene, problem, targets, best.values))
+    if relit:
+        notes += (f"looked for from where the pictures have the lamp, not from the start: {', '.join(relit)}",)
     notes += tuple(f"{name} left as it is: {why}" for name, why in passed_over)
     notes += tuple(remark for target in targets for remark in target.notes)
     wild = _wild(targets, end)
     notes = (*wild_note(wild, len(targets) > 1), *notes)
     result = outcome(scene, end.targets, end, first, effects, notes)
-    plain = not (wanted.any or problem.priors is not None or any(u.sums for u in wanted.leaders))
-    if result.misfit and plain and not best.interrupted:
+    unrestricted = not (wanted.any or problem.priors is not None or any(u.sums for u in wanted.leaders))
+    if result.misfit and unrestricted and not best.interrupted:
         found = likely_causes(scene, end.targets, names, end, best.values, max_depth, footprint)
         result = with_causes(result, found)
     result = without_sharp(restricted(result, scene, wanted), too_sharp(problem, best.values))

@@ -16,6 +16,7 @@ class HeldOut:
 
     - `what`: in words: "shot left", "20 % of the pixels"; `pixels`: how many.
     - `rmse`: of the pixels left out, linear RGB; `rmse_fitted`: of those that the fit looked at.
+    - `names`: of the targets that were left out as a whole.
     - `rounding`: what is left over of those left out is no more than arithmetic and solver leave.
     """
 
@@ -24,6 +25,7 @@ class HeldOut:
     rmse: float
     rmse_fitted: float
     rounding: bool = False
+    names: tuple[str, ...] = ()
 
     @property
     def ratio(self) -> float:

@@ -12,9 +12,9 @@ from diffwhitted.scene import Scene
 from ._result import FitView
 from .judging._active import Held, gauss_newton
 from .judging._constrained import uncertainty_within
-from .judging._evidence import evidence, narrowed, robust_errors
+from .judging._evidence import evidence, narrowed, robust_errors, scatter
 from .judging._identifiability import QUANTILE, Uncertainty, uncertainty
-from .judging._misfit import at_rounding_level, is_structured, neighbours_agree, times_the_noise
+from .judging._misfit import agree_more_than, at_rounding_level, is_structured, neighbours_agree, times_the_noise
 from .judging._rest import jacobian_precision, on_bound, residual_noise, rest_share, unsettled
 from .problem._problem import Problem, factorise
 from .problem._target import CheckedTarget, residual_count
@@ -69,9 +69,11 @@ def judged(scene: Scene, targets: Sequence[CheckedTarget], end: Settled) -> Judg
         """What the priors tell along some ways."""
         return end.problem.prior_errors(ways, best.factor, noise, precision)
 
+    shift = np.hypot(best.shift, end.unsure)
+
     def errors_of(widen) -> tuple[Uncertainty, Held]:
         linear = best.factor, best.remainder, noise, best.values, unknowns
-        return uncertainty_within(*linear, precision, RESOLVED * eps, best.shift, widen)
+        return uncertainty_within(*linear, precision, RESOLVED * eps, shift, widen)
 
     known, held = errors_of(told)
     # What the solver left where it is as good as anywhere does not move; it is not determined.
@@ -91,6 +93,8 @@ def judged(scene: Scene, targets: Sequence[CheckedTarget], end: Settled) -> Judg
     )
     if said := end.said:
         found.notes.append(said)
+    if end.codec is not None:
+        found.notes.append("what JPEG loses of the fitted picture is allowed for")
     if rounding:
         return found
     # Where pixels are whole numbers, the cells of their codes say more than their middles.
@@ -103,23 +107,38 @@ def judged(scene: Scene, targets: Sequence[CheckedTarget], end: Settled) -> Judg
         if codes is None
         else codes.standard is not None and neighbours_agree(codes.standard)
     )
+    # Allow for what a codec leaves, which is known by example, and go along with neighbours as its examples do.
+    examples = np.zeros((len(unknowns),) * 2)
+    if end.codec is not None:
+        departures = [found.departures for found in end.codec.examples(end.problem, best.values)]
+        examples = scatter(end.problem, targets, best.values, departures)
+        structured = structured and agree_more_than(views, noises, departures)
     # Allow for residuals of unequal size, and for those that go along with their neighbours'.
     said_by = None
     if structured or (weighing.estimated and codes is None):
         said_by = evidence(end.problem, targets, best.values, noise)
 
+    def by_example(ways: np.ndarray) -> np.ndarray:
+        inverse = np.linalg.pinv(ways)
+        return np.sqrt(np.maximum(np.diagonal(inverse @ examples @ inverse.T), 0))
+
     def widen(ways: np.ndarray) -> np.ndarray:
         robust = {} if said_by is None else robust_errors(narrowed(said_by, ways), structured)
-        return np.max([told(ways), *(weighing.slack * error for error in robust.values())], axis=0)
+        return np.max([told(ways), by_example(ways), *(weighing.slack * error for error in robust.values())], axis=0)
 
-    white = known.spread
+    white = np.maximum(known.spread, by_example(np.eye(len(unknowns))))
     if codes is not None:
         found.values, found.films, found.views = codes.values, codes.films, views_of(targets, codes.films)
         found.at_bound = on_bound(codes.values, unknowns)
         widened = widen(np.eye(len(unknowns)))
         found.known = uncertainty(
-            codes.factor, noise, codes.values, unknowns, precision, RESOLVED * eps, best.shift
-        ).replaced(np.fmax(codes.error, widened), None if structured else codes.ends, codes.values, unknowns)
+            codes.factor, noise, codes.values, unknowns, precision, RESOLVED * eps, shift
+        ).replaced(
+            np.hypot(np.fmax(codes.error, widened), shift / QUANTILE),
+            None if structured or shift.any() else codes.ends,
+            codes.values,
+            unknowns,
+        )
         found.noise = codes.noise
         found.notes.append(_said_of_codes(codes.ends is not None))
     else:

@@ -29,6 +29,7 @@ def with_prediction(result: FitResult, left_out: Sequence[np.ndarray], what: str
         _root_mean_square(missed),
         _root_mean_square(fitted),
         bool(at_rounding(missed, shown, float(jnp.finfo(scene.dtype).eps), rest_share(scene))),
+        tuple(view.camera for view, out in pairs if out.any() and not view.weight.any()),
     )
     views = tuple(
         replace(view, residual=residual, weight=out.astype(np.float32)) if out.any() and not view.weight.any() else view

@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import jax
 import numpy as np
@@ -214,3 +215,33 @@ def test_a_cache_that_cannot_be_written_is_not_used(place, monkeypatch):
         assert jax.config.jax_compilation_cache_dir is None
     finally:
         jax.config.update("jax_compilation_cache_dir", before)
+
+
+SHOT = """
+[[shot]]
+name = "dim"
+exposure = 0.5
+black_level = 0.01
+encoding = "gamma:2"
+filter = "gaussian"
+"""
+
+
+def test_render_shows_what_a_shot_would(place, capsys):
+    """Exposure, level, filter and encoding of the shot; and a filter alone."""
+    Path("scene.toml").write_text(Path("scene.toml").read_text() + SHOT)
+    size = ["--width", "8", "--samples", "3"]
+    assert main(["render", "scene.toml", "-o", "plain.exr", "--filter", "gaussian", *size]) == 0
+    assert main(["render", "scene.toml", "-o", "dim.exr", "--shot", "dim", *size]) == 0
+    assert main(["render", "scene.toml", "-o", "dim.png", "--shot", "dim", *size]) == 0
+    light = 0.5 * read_image("plain.exr").pixels + 0.01
+    np.testing.assert_allclose(read_image("dim.exr").pixels, light, rtol=1e-5)
+    np.testing.assert_allclose(read_image("dim.png", encoding="gamma:2").pixels, np.clip(light, 0, 1), atol=2e-4)
+    scene = diffwhitted.load_scene("scene.toml")
+    points = np.asarray(diffwhitted.render(scene, scene.cameras["main"].resized(8, None), samples=3))
+    assert np.abs(read_image("plain.exr").pixels - points).max() > 1e-3
+    capsys.readouterr()
+    assert main(["render", "scene.toml", "-o", "a.exr", "--shot", "dmi"]) == 2
+    assert "--shot dmi: there is no such shot; there is dim" in capsys.readouterr().err
+    assert main(["render", "scene.toml", "-o", "a.exr", "--filter", "box", "--footprint", "1"]) == 2
+    assert "allowed is one way to antialias" in capsys.readouterr().err

@@ -198,7 +198,7 @@ def test_the_picture_is_differentiable_in_texels_and_mapping():
 
 
 def agree_with_differences(loss, start) -> None:
-    """The gradient in each of the values, along a random direction; steps so short that no probe meets another texel."""
+    """The gradient in each of the values, along a random direction; steps too short to meet another texel."""
     slopes = jax.jit(jax.grad(loss), compiler_options=SOON_COMPILED)(start)
     value = jax.jit(loss, compiler_options=SOON_COMPILED)
     for name, step in (("texels", 1e-4), ("origin", 1e-8), ("edge_v", 1e-8)):

@@ -191,7 +191,7 @@ def test_angles_and_moves_in_a_plane_come_back_as_they_went_in(name, ways, expec
         ("glazed.k_d.r", 0, 1),
         ("object.ball.radius", 0.225, 3.6),
         ("light.lamp.colour.g", 0, 9),
-        ("light.sun.direction.u", -45, 45),
+        ("light.sun.direction.u", -90, 90),
         ("camera.main.vfov_deg", 23, 113),
         ("texture.tiles.size", 0.325, 5.2),
         ("scene.ambient.b", 0, 10),
@@ -252,7 +252,7 @@ def test_a_kind_that_is_registered_has_its_names_from_its_rows():
         np.testing.assert_allclose(pictures[1], 2 * pictures[0], rtol=1e-6)
         unknowns = list_unknowns(scene, ["light.neon.facing", "light.neon.width", "light.neon.tint.g"])
         assert [(u.name, u.bounds) for u in unknowns] == [
-            ("light.neon.facing.u", (-45, 45)), ("light.neon.facing.v", (-45, 45)),
+            ("light.neon.facing.u", (-90, 90)), ("light.neon.facing.v", (-90, 90)),
             ("light.neon.width", (0.125, 2)), ("light.neon.tint.g", (0, 2)),
         ]  # fmt: skip
         with pytest.raises(dw.SceneError, match="light 'neon': width = 0; allowed is > 0"):

@@ -12,7 +12,9 @@ import pytest
 from result_samples import ODD, TITLE, coefficient, small_result, view
 from rich.console import Console
 
-from fitting._result import FitView
+from fitting._held_out import HeldOut
+from fitting._result import FitStage, FitView
+from fitting.telling._lengths import seconds_text
 from fitting.telling._report import report_html
 from fitting.telling._tables import (
     coefficient_table,
@@ -21,7 +23,6 @@ from fitting.telling._tables import (
     places,
     rounded,
     rounded_error,
-    seconds_text,
     summary_lines,
 )
 
@@ -273,3 +274,26 @@ def test_summary(result):
     text = " ".join(summary_lines(result))
     for words in ("Not fully determined", "2 of the 5", "rank 3", "3 steps", "0.50 s", "2.00 s", "estimated"):
         assert words in text
+
+
+def test_several_shots_are_on_one_sheet(result):
+    """Target, fit and residual of each, its numbers, and which was left out; the residuals on one scale."""
+    loud = view("right")
+    loud = dataclasses.replace(loud, residual=10 * loud.residual)
+    held = HeldOut("shot right", 40, 0.1, 0.01, names=("right",))
+    both = dataclasses.replace(result, views=(view("left"), loud), held_out=held)
+    page = Page(report_html(both, title="t"))
+    pictures = [attributes for tag, attributes in page.tags if tag == "img"]
+    assert len(pictures) == 3 * 2 + 4 * 2 and "All shots" in page.words
+    assert [p["alt"] for p in pictures[:3]] == ["Target of left", "Fit of left", "Residual of left"]
+    rows = re.findall(r"(left|right)( left out of the fit)?\s+40\s+([0-9.]+)", page.words)
+    assert [(name, bool(out)) for name, out, _ in rows] == [("left", False), ("right", True)]
+    assert float(rows[1][2]) == pytest.approx(10 * float(rows[0][2]), rel=0.01)
+    assert "All shots" not in Page(report_html(result, title="t")).words
+    assert f"Of each: left {view('left').rmse:.3g}, right {loud.rmse:.3g}." in summary_lines(both)
+
+
+def test_stages_of_one_name_are_told_as_one(result):
+    stages = (FitStage("all", 10, 3, 1.0), FitStage("all", 10, 2, 0.5), FitStage("finer", 40, 1, 2.0))
+    said = "\n".join(summary_lines(dataclasses.replace(result, stages=stages)))
+    assert "all: 5 steps in 1.50 s; finer: 1 step in 2.00 s" in said

@@ -14,6 +14,7 @@ from jaxtyping import Bool, Float
 from ._codes import Codes, three, unit
 from ._encodings import checked_encoding
 from ._faults import ImageError, refuse
+from ._jpeg import Jpeg
 from ._statements import Decoding
 from ._stored import Stored, load, located
 
@@ -30,6 +31,7 @@ class ImageFile:
     encoding: how the numbers stand for light, as `read_image` takes it; None for the own curves of an ICC profile.
     monochrome: has the file one channel of colour, or three that are equal everywhere?
     lossy: have the codes been changed after rounding (JPEG, WebP, a palette), or may they have been?
+    jpeg: how a JPEG was compressed, where that can be done again; None for all else.
     """
 
     pixels: Float[np.ndarray, "height width 3"]
@@ -41,6 +43,7 @@ class ImageFile:
     encoding: str | None = "linear"
     monochrome: bool = False
     lossy: bool = False
+    jpeg: Jpeg | None = None
     _codes: Codes | None = field(default=None, repr=False)
 
     @cached_property
@@ -107,7 +110,17 @@ def read_image(path: str | os.PathLike, *, layer: str | None = None, encoding: s
     kept = codes if codes.bits or codes.half or codes.mantissa else None
     space = _space(decoding)
     return ImageFile(
-        pixels, alpha, path, space, stored.notes, clipped, decoding.encoding, monochrome, stored.lossy, kept
+        pixels,
+        alpha,
+        path,
+        space,
+        stored.notes,
+        clipped,
+        decoding.encoding,
+        monochrome,
+        stored.lossy,
+        stored.jpeg if decoding.encoding is not None else None,
+        kept,
     )
 
 

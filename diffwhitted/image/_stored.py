@@ -16,6 +16,7 @@ import OpenImageIO as oiio
 from .._files import not_a_file
 from ._channels import Choice, Part, choose_channels
 from ._faults import ImageError, Unusable, one_line, utf8
+from ._jpeg import Jpeg, jpeg_of
 from ._png import PngColour, png_colour
 from ._statements import Decoding, decoding_of
 from ._windows import MOST_PIXELS, in_display_window, upright
@@ -53,6 +54,8 @@ class Stored:
     shared_exponent: bool
     lossy: bool
     notes: tuple[str, ...]
+    jpeg: Jpeg | None = None
+    """How a JPEG of sRGB codes was compressed, where that is known and the picture is as it was written."""
 
 
 def located(path: str | os.PathLike, layer: str | None) -> tuple[Path, str | None]:
@@ -134,6 +137,7 @@ def _decoded(path: Path, layer: str | None, encoding: str | None) -> Stored:
         half=all(spec.channelformat(channel).basetype == oiio.HALF for channel in choice.colour),
         shared_exponent=kind == "hdr",
         lossy=_is_lossy(path, spec, kind, png),
+        jpeg=jpeg_of(path) if kind == "jpeg" and orientation == 1 and decoding.matrix is None else None,
         notes=(*decoding.notes, *_notes(parts, choice, several, covered is not None, layer)),
     )
 

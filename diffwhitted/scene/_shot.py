@@ -34,8 +34,9 @@ class Shot(eqx.Module):
     - `lights`: the names of those that burn; None: all.
     - `noise`: a standard deviation; (read, gain) for variance = read^2 + gain * value; or a picture of standard
       deviations by its file name; None: found from what the fit leaves over.
-    - `filter`: over which area a pixel averages, and how: "box" (the pixel), "gaussian" (sigma half a pixel, cut at 2
-      pixels), "mitchell" (Mitchell and Netravali 1988, B = C = 1/3); None: found out.
+    - `filter`: over which area a pixel averages, and how: "box" (the pixel), "gaussian" (standard deviation half a
+      pixel, cut at 2 pixels), "mitchell" (Mitchell and Netravali 1988, B = C = 1/3); None: pixel or point,
+      which is found out.
 
     Raises `SceneError` for a value that is not allowed.
     """

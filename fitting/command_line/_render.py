@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -45,6 +46,16 @@ Out = Annotated[
         help="Image to write: .exr .hdr .tif hold linear light, .png .jpg what a display shows.",
     ),
 ]
+
+
+class Filter(StrEnum):
+    """Reconstruction filters; see `diffwhitted.Shot`."""
+
+    box = "box"
+    gaussian = "gaussian"
+    mitchell = "mitchell"
+
+
 Exposure = Annotated[
     float,
     typer.Option(
@@ -59,6 +70,25 @@ LayersToo = Annotated[
         "--layers",
         help="For .exr: write what the middle of each pixel sees first beside the picture, as layers: depth.Z (metres "
         "along the ray), normal.X, .Y, .Z, and object.id, whose names the file lists.",
+    ),
+]
+FilterName = Annotated[
+    Filter | None,
+    typer.Option(
+        "--filter",
+        metavar="NAME",
+        show_default=False,
+        help="Reconstruction filter over points (--samples N, default 4): box, the pixel; gaussian, of standard "
+        "deviation half a pixel; mitchell. Default: that of --shot, or the plain mean over the pixel.",
+    ),
+]
+ShotName = Annotated[
+    str | None,
+    typer.Option(
+        "--shot",
+        metavar="NAME",
+        show_default=False,
+        help="What this [[shot]] would show: its camera, lamps, filter, exposure and encoding.",
     ),
 ]
 
@@ -79,6 +109,8 @@ def render(
     precision: PrecisionName = Precision.float32,
     exposure: Exposure = 0.0,
     layers: LayersToo = False,
+    shot: ShotName = None,
+    filter: FilterName = None,
 ) -> None:
     """Render a scene to an image file.
 
@@ -100,10 +132,23 @@ def render(
 
         raise InputError(f"--layers: {out} holds no layers; leave --layers out, or write .exr")
     loaded = load_scene(scene, precision=precision.value).with_cutoff(cutoff)
+    asked = None
+    if shot is not None:
+        from ._shown import shot_of
+
+        loaded, asked, of_shot = shot_of(loaded, shot)
+        camera = camera or of_shot
+    kind = filter.value if filter is not None else asked.filter if asked is not None else None
     name, view = chosen_camera(loaded, camera)
     view = view.resized(width, height)
     found = None
-    if tolerance is not None or time_budget is not None:
+    if kind is not None:
+        refuse_beside_filter(kind, footprint, antialias, tolerance, time_budget)
+        from ._shown import under_filter
+
+        picture = under_filter(loaded, view, depth, samples, kind)
+        about = {"scene": scene.name, "camera": name, "filter": kind}
+    elif tolerance is not None or time_budget is not None:
         from ._accuracy import accuracy_bound, found_picture
 
         bound = accuracy_bound(
@@ -130,7 +175,12 @@ def render(
 
         seen = first_seen(loaded, view)
         channels, about = seen.channels(), {**about, "objects": list(seen.names), "depth.Z": "metres along the ray"}
-    write_image(out, picture.pixels, exposure=exposure, metadata=about, layers=channels)
+    pixels = picture.pixels
+    if asked is not None:
+        from ._shown import as_shown
+
+        pixels, about = as_shown(pixels, asked, bool(form.bits)), {**about, "shot": asked.name}
+    write_image(out, pixels, exposure=exposure, metadata=about, layers=channels)
     say(
         f"wrote {out}: {view.width} x {view.height} pixels, {picture.rays:,} rays in {picture.seconds:.2f} s, "
         f"after {picture.seconds_compile:.1f} s of compiling"
@@ -142,10 +192,20 @@ def render(
             f"the cutoff of {float(loaded.cutoff):g} and the depth leave out at most {picture.left_out:.2g} in "
             "any pixel"
         )
-    if form.bits and (
-        lost := _clipped_note(count_clipped(picture.pixels, exposure=exposure), view.width * view.height)
-    ):
+    if form.bits and (lost := _clipped_note(count_clipped(pixels, exposure=exposure), view.width * view.height)):
         print(f"note: {lost}", file=sys.stderr)
+
+
+def refuse_beside_filter(kind: str, footprint, antialias, tolerance, time_budget) -> None:
+    """Raise `InputError` where another way to antialias is asked for beside a filter."""
+    from diffwhitted import InputError
+
+    others = {"footprint": footprint, "antialias": antialias, "tolerance": tolerance, "time-budget": time_budget}
+    for option, value in others.items():
+        if value is not None:
+            raise InputError(
+                f"--{option} {value} with the filter {kind}: allowed is one way to antialias; a filter takes --samples"
+            )
 
 
 @dataclass(frozen=True, eq=False)

@@ -72,6 +72,26 @@ def evidence(problem: Problem, targets: Sequence[CheckedTarget], values: np.ndar
     return Evidence(tuple(scores), tuple(pieces), np.concatenate(grams), prior, noise)
 
 
+def scatter(
+    problem: Problem, targets: Sequence[CheckedTarget], values: np.ndarray, departures: Sequence[np.ndarray]
+) -> np.ndarray:
+    """The covariance of the coefficients, (p, p), if the targets departed from what is fitted as in these examples,
+    (examples, height, width, 3) for each target.
+    """
+    count = len(problem.unknowns)
+    gram, scores = np.zeros((count, count)), np.zeros((len(departures[0]), count))
+    for rows, target, examples in zip(whole_rows(problem, values), targets, departures, strict=True):
+        jacobian = np.moveaxis(rows.columns, 2, 0).astype(np.float64)
+        jacobian = problem.joined(jacobian, rows.numbers).reshape(count, -1)
+        weighed = examples * np.asarray(rows.view.weight) * (target.mask > 0)[..., None]
+        gram += jacobian @ jacobian.T
+        scores += weighed.reshape(len(weighed), -1) @ jacobian.T
+    if problem.priors is not None:
+        gram += np.diag(problem.priors.weight**2)
+    changes = scores @ normal_inverse(gram, 1e-9)
+    return changes.T @ changes / len(changes)
+
+
 def narrowed(found: Evidence, ways: np.ndarray) -> Evidence:
     """What it says of the ways (p, m) along which coefficients move together."""
     scores = tuple(score @ ways for score in found.scores)
@@ -92,8 +112,10 @@ def robust_errors(found: Evidence, correlated: bool) -> dict[str, np.ndarray]:
         errors |= {f"blocks of {side}": error(inverse @ sandwich(found, side) @ inverse) for side in BLOCKS}
         errors["pieces"] = error(jackknife(found))
         # What is wrong in so large a way is wrong over larger pieces too.
+        # Where residuals are below the least that arithmetic leaves, that is what independent ones count.
+        independent = np.maximum(errors["sizes"], found.noise * error(inverse))
         with np.errstate(all="ignore"):
-            ratio = np.nanmax(errors["pieces"] / errors["sizes"], initial=0)
+            ratio = np.nanmax(errors["pieces"] / independent, initial=0)
         if ratio > LARGE:
             errors |= {f"{n} pieces as one": error(jackknife(found, n)) for n in TOGETHER}
     return errors

@@ -10,6 +10,7 @@ their noise may be common. A few pixels that are far off cannot raise t: with on
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -70,6 +71,20 @@ def neighbours_agree(standard: Sequence[np.ndarray]) -> bool:
     """Do neighbours in these pictures, (height, width, channels), agree more than independent ones would?"""
     products = np.concatenate([_neighbours(z) for z in standard])
     return bool(products.sum() > CLEARLY * np.sqrt((products**2).sum()))
+
+
+def agree_more_than(
+    views: Sequence[FitView], noises: Sequence[np.ndarray | None], examples: Sequence[np.ndarray]
+) -> bool:
+    """Do neighbours agree more than in examples of what may be left, (examples, height, width, 3) for each view?"""
+
+    def agreement(residuals: Sequence[np.ndarray]) -> float:
+        changed = [replace(view, residual=r.astype(np.float32)) for view, r in zip(views, residuals, strict=True)]
+        scaled = [_scaled(view, noise) for view, noise in zip(changed, noises, strict=True)]
+        return float(sum(_neighbours(z).sum() for z in scaled))
+
+    usual = [agreement([example[k] for example in examples]) for k in range(len(examples[0]))]
+    return bool(agreement([view.residual for view in views]) > np.mean(usual) + CLEARLY * np.std(usual))
 
 
 def _scaled(view: FitView, noise: np.ndarray | None) -> np.ndarray:

@@ -63,7 +63,10 @@ def build(
     seen = sights(plain, [called["camera"][t.camera] for t in targets], burning, nameless)
     marks = [marks_of(scene, plan.at_work) for plan in plans]
     views = tuple(
-        view_of(sight, t.image, weight, places, 1 / max(footprint, 1), plan.program, mark)
+        replace(
+            view_of(sight, t.image, weight, places, 1 / max(footprint, 1), plan.program, mark),
+            filter=t.shot.filter or "box",
+        )
         for t, weight, plan, mark, sight in zip(targets, weighing.weights(targets), plans, marks, seen, strict=True)
     )
     views = prepared(plain, nameless, jnp.asarray(ties.matrix @ first, scene.dtype), views, moving)

@@ -23,6 +23,7 @@ from diffwhitted.numerics._workers import processors, side_by_side
 from diffwhitted.scene import Scene
 
 from ._bounds import Bounds
+from ._filtering import Filtering
 from ._nameless import shots_alone, without_shots
 from ._priors import Priors
 from ._pyramid import blurred
@@ -207,6 +208,9 @@ def factorise(
 
 def pass_rows(asked: Asked, view: View, use: Callable = lambda rows: rows) -> Iterator[tuple]:
     """Of each pass of a view, `use` of its rows [J r], (m + 1, 3, pixels), and what it shows."""
+    if view.filter != "box":
+        yield from _filtered_rows(asked, view, use)
+        return
 
     def one_pass(number: int, follow: Callable):
         parts = view.places_of(number)
@@ -222,6 +226,23 @@ def pass_rows(asked: Asked, view: View, use: Callable = lambda rows: rows) -> It
     else:
         for number in range(view.passes):
             yield one_pass(number, side_by_side)
+
+
+def _filtered_rows(asked: Asked, view: View, use: Callable) -> Iterator[tuple]:
+    """The same where pixels see samples around them: all samples are traced first, place by place."""
+    gathering = Filtering(view.filter, *view.weight.shape[:2])
+    for first in range(0, len(view.parts), view.passes):
+        parts = view.parts[first : first + view.passes]
+        found = side_by_side(lambda part: with_room(asked.rows, part), parts)
+        film = jnp.stack(
+            [jnp.concatenate([columns, seen[None]]).reshape(-1, seen.shape[-1]) for columns, seen in found]
+        )
+        gathering.add_passes(film, np.asarray(parts[0].place).tolist())
+    film = gathering.passes(view.passes, view.parts[0].weight.shape[-1])
+    for part, lights in zip(view.parts, film, strict=False):
+        lights = lights.reshape(-1, 3, lights.shape[-1])
+        rows, picture = asked.picture(part, lights[:-1], lights[-1])
+        yield use(rows), np.asarray(picture)
 
 
 def _spread(factor: np.ndarray, names: list[int], count: int) -> np.ndarray:

@@ -13,8 +13,8 @@ FACTOR = 4.0
 """A length on a scale of logarithms is looked for between this fraction of it and so many times it."""
 BRIGHTER = 10.0
 """A colour is looked for up to so many times its largest channel."""
-TURN = 45.0
-"""Degrees; a direction is looked for so far to either side."""
+TURN, TURN_OF_LIGHT = 45.0, 90.0
+"""Degrees; a direction is looked for so far to either side. Pictures tell where to begin with a lamp (`_lamps`)."""
 
 
 def default_bounds(scene: Scene, parameter: Parameter, value: float, counted: bool, unit: str) -> tuple[float, float]:
@@ -22,12 +22,13 @@ def default_bounds(scene: Scene, parameter: Parameter, value: float, counted: bo
 
     By the table of its kind where that has bounds, widened (twice as far as need be) where the scene's own value lies
     outside; otherwise places by the size of the scene, lengths by a factor of 4, colours up to 10 times what they are,
-    directions 45 degrees to each side.
+    directions 45 degrees to each side, those of lights 90.
     """
     row = parameter.row
     whole = np.asarray(parameter.value(scene), np.float64)
     if counted:
-        size = TURN if unit == "deg" else scene_size(scene)
+        turn = TURN_OF_LIGHT if parameter.family == "light" else TURN
+        size = turn if unit == "deg" else scene_size(scene)
         return -size, size
     if row.fit_bounds is not None:
         return _widened(row, row.fit_bounds, whole)

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from diffwhitted.image import dealt, gathered
-from diffwhitted.scene import Marks
+from diffwhitted.scene import Marks, PixelFilter
 from diffwhitted.tree import Plan, Record, Samples, sample_places
 
 from ._sight import Sight
@@ -62,6 +62,8 @@ class View(eqx.Module):
     passes: int
     step: int
     """Its pixels are squares of step x step pixels of the camera."""
+    filter: PixelFilter = eqx.field(static=True, default="box")
+    """How the samples around a pixel count for it."""
 
     def picture(
         self, film: Float[Array | np.ndarray, "passes channels pixels"]
@@ -109,6 +111,7 @@ def coarser(view: View, step: int) -> View:
     """Squares of step x step pixels as one sample with the mean of its pixels; where rays move."""
     if step == 1:
         return view
+    # Squares of several pixels hardly notice how wide a pixel sees: the new view has the plain filter.
     height, width = view.weight.shape[:2]
     room = ((0, -height % step), (0, -width % step), (0, 0))
     squared = np.pad(view.weight.astype(np.float64) ** 2, room)
@@ -151,6 +154,14 @@ def reweighted(view: View, weight: np.ndarray) -> View:
     each = dealt(jnp.asarray(weight, view.parts[0].weight.dtype), view.passes, plan.pass_pixels)
     parts = tuple(replace(part, weight=each[n % view.passes]) for n, part in enumerate(view.parts))
     return replace(view, parts=parts, weight=weight)
+
+
+def retargeted(view: View, image: np.ndarray) -> View:
+    """The view with another target, (height, width, 3)."""
+    plan = view.parts[0].plan
+    each = dealt(jnp.asarray(image, view.parts[0].target.dtype), view.passes, plan.pass_pixels)
+    parts = tuple(replace(part, target=each[n % view.passes]) for n, part in enumerate(view.parts))
+    return replace(view, parts=parts, image=image)
 
 
 def at_places(view: View, places: Float[Array, "places 2"]) -> View:

@@ -1,9 +1,11 @@
 """How much what is seen varies within each pixel."""
 
+import jax.numpy as jnp
 import numpy as np
 
 from diffwhitted.numerics._workers import side_by_side
 
+from ._filtering import Filtering
 from ._problem import Problem, with_room
 
 
@@ -25,7 +27,13 @@ def within_pixels(problem: Problem, values) -> list[np.ndarray]:
             stack = np.stack([np.asarray(light, np.float64) for light in lights])
             rough = _beyond_smooth(np.stack([np.asarray(part.place) for part in view.places_of(number)]))
             films.append((np.tensordot(rough, stack, 1) ** 2).mean(axis=0))
-        found.append(np.asarray(view.picture(np.stack(films)), np.float64))
+        if view.filter == "box":
+            found.append(np.asarray(view.picture(np.stack(films)), np.float64))
+            continue
+        # An edge is uncertain in all pixels that see it.
+        around = Filtering("gaussian", *view.weight.shape[:2])
+        around.add_passes(jnp.asarray(np.stack(films)), (0.5, 0.5))
+        found.append(np.asarray(around.pictures, np.float64))
     return found
 
 

@@ -15,11 +15,15 @@ from ..judging._rest import jacobian_precision, residual_noise, rest_share
 from ..judging._wild import absurd, ruling
 from ..problem._problem import Problem
 from ..problem._target import CheckedTarget, residual_count
+from ..problem._views import retargeted
 from ..problem._weighing import Weighing, first_weighing, weighed
 from ..problem._whole_pictures import shown_by
 from ._estimating import estimated
+from ._lossy import ROUNDS as CODEC_ROUNDS
+from ._lossy import Codec
+from ._lossy import is_known as known_losses
 from ._robust import HUBER_ROUNDS, reweighed
-from ._sampling import SIDE, Comparison, compared, sampled
+from ._sampling import SIDE, Comparison, compared, moved_by_spread, sampled, spread_of
 from ._solve import Solution
 from ._stages import run, stages_of
 
@@ -46,6 +50,10 @@ class Settled:
     """As the fit used them: without a few wild pixels, where these carried nearly all that was left over."""
     out_of_steps: bool
     """It ended since it had no more steps to take."""
+    unsure: np.ndarray
+    """By how much each coefficient hangs on how the samples of a pixel are spread, half a 95 % interval, (p,)."""
+    codec: Codec | None
+    """What the targets were compressed by, where the fit allowed for it."""
 
     @property
     def said(self) -> str:
@@ -155,17 +163,55 @@ def settle(
         if settled:
             break
         problem, solution = solved(problem, weighing, solution.values, solution)
-    for _ in range(ROUNDS if loss == "square" else 0):
-        if targets[0].noise is not None or solution.interrupted or exact(solution):
+
+    def weigh() -> None:
+        """Weigh them by what residuals like them show, and solve again, until the weights stay."""
+        nonlocal problem, weighing, solution
+        for _ in range(ROUNDS if loss == "square" and targets[0].noise is None else 0):
+            if solution.interrupted or exact(solution):
+                break
+            new = estimated(problem, targets, weighing, solution)
+            if new is None or (weighing.estimated and _change(new, weighing) < CHANGED):
+                break
+            problem, weighing = weighed(problem, targets, new), new
+            problem, solution = solved(problem, weighing, solution.values, solution)
+
+    def without_losses() -> Codec:
+        """Go on with targets without what their codec lost of what is fitted."""
+        nonlocal targets, problem, solution
+        codec = Codec(targets)
+        for _ in range(CODEC_ROUNDS):
+            examples = codec.examples(problem, solution.values)
+            targets = codec.corrected(examples)
+            codec = codec.as_noisy(shown_by(targets, solution.films), examples)
+            views = zip(problem.views, targets, strict=True)
+            problem = replace(problem, views=tuple(retargeted(view, t.image) for view, t in views))
+            problem, solution = solved(problem, weighing, solution.values, solution)
+            weigh()
+        return codec
+
+    weigh()
+    # Find out how the samples of a pixel are spread.
+    unsure, spread = np.zeros_like(solution.values), None
+    for _ in range(ROUNDS if found_out and sampling == "pixel" else 0):
+        if solution.interrupted or exact(solution):
             break
-        new = estimated(problem, targets, weighing, solution)
-        if new is None or (weighing.estimated and _change(new, weighing) < CHANGED):
+        noise = residual_noise(targets, solution.loss, len(problem.unknowns), weighing.unit, problem.scene)
+        new, before = spread_of(problem, solution.values, noise), spread
+        if new is None:
             break
-        problem, weighing = weighed(problem, targets, new), new
+        spread, problem = new, sampled(problem, SIDE, solution.values, new.moment)
         problem, solution = solved(problem, weighing, solution.values, solution)
-    return Settled(
-        solution, problem, weighing, sampling or "points", comparison, targets, len(solution.history) >= max_steps
-    )
+        weigh()
+        if before is not None and abs(new.moment - before.moment) < new.error:
+            break
+    if spread is not None and not solution.interrupted:
+        unsure = moved_by_spread(problem, solution.values, spread)
+    codec = None
+    if loss == "square" and known_losses(targets) and not (problem.moves or solution.interrupted or exact(solution)):
+        codec = without_losses()
+    ended = len(solution.history) >= max_steps
+    return Settled(solution, problem, weighing, sampling or "points", comparison, targets, ended, unsure, codec)
 
 
 def with_noise(

@@ -72,7 +72,8 @@ def stages_of(
         )
     passes = min(view.passes for view in problem.views)
     count = max(1, min(processors(), passes // SHARE))
-    if coarse_to_fine and passes >= SHARE:
+    alone = all(view.filter == "box" for view in problem.views)
+    if coarse_to_fine and passes >= SHARE and alone:
         errors = ERRORS * (passes / count) ** 0.5
         found.append(
             Stage(f"one pixel in {passes // count}", _changed(problem, some_passes, count), 0.0, rest(errors), False)

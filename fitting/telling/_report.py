@@ -14,6 +14,8 @@ import numpy as np
 
 from .._result import FitResult, FitView
 from ._drawing import PAGE_INKS, page_svg
+from ._lengths import joined, seconds_text, stage_text
+from ._sheet import contact_sheet, worst_channel, worst_of
 from ._tables import (
     STATUS_WORDS,
     deviation_text,
@@ -23,9 +25,7 @@ from ._tables import (
     places,
     rounded,
     rounded_error,
-    seconds_text,
     short,
-    stage_text,
     status_sentence,
     what_moves,
 )
@@ -56,6 +56,8 @@ def report_html(result: FitResult, *, title: str, truth: Mapping[str, float] | N
         remarks=further_remarks(result),
         noise_source=noise_source(result),
         views=[_view(view) for view in result.views],
+        sheet=_sheet(result),
+        residual_stops=_stops("RdBu_r"),
         rows=_rows(result, truth),
         has_truth=any(coefficient.name in truth for coefficient in result.coefficients),
         has_units=any(coefficient.unit not in ("", "1") for coefficient in result.coefficients),
@@ -64,36 +66,35 @@ def report_html(result: FitResult, *, title: str, truth: Mapping[str, float] | N
         correlation=_correlation(result),
         curve=_curve(result),
         seconds=seconds_text,
+        stages=joined(result.stages),
         stage_text=stage_text,
         short=short,
     )
 
 
+def _sheet(result: FitResult) -> dict[str, Any] | None:
+    """All views on one sheet."""
+    held, names = result.held_out, [view.camera for view in result.views]
+    left_out = [name for name in names if held is not None and name in held.names]
+    return contact_sheet(
+        result.views, left_out, lambda v, factor, reach: _drawn(v, factor, _round_up(max(reach, 1e-6)))
+    )
+
+
 def _view(view: FitView) -> dict[str, Any]:
     """The four pictures of one camera as data URIs, with the scales that they are drawn to."""
-    from diffwhitted.image import ciede2000, display_codes
+    from diffwhitted.image import ciede2000
 
     inside = np.asarray(view.weight) > 0
     target, render = (np.nan_to_num(np.asarray(image, np.float64)) for image in (view.target, view.render))
     exposure = _exposure(target[inside])
-    residual = np.asarray(view.residual, np.float64)
-    # The channel that is furthest off, with its sign: no error can cancel another.
-    worst = np.take_along_axis(residual, np.abs(residual).argmax(axis=-1)[..., None], axis=-1)[..., 0]
-    reach = _round_up(max(_percentile(np.abs(worst[inside]), 99.5), 1e-6))
+    worst, reach = worst_channel(view), _reach(view)
     stops = math.log2(exposure)
     difference = ciede2000(target, render, exposure=stops)
     difference_top = _round_up(max(_percentile(difference[inside], 99.5), 1.0))
     peak = np.unravel_index(np.argmax(np.where(inside, np.abs(worst), -1.0)), inside.shape)
     height, width = inside.shape
     factor = math.ceil(max(height, width) / _LARGEST_SIDE)
-
-    def shown(image: np.ndarray) -> str:
-        return _png(display_codes(_averaged(image, factor), 8, exposure=stops))
-
-    def mapped(values: np.ndarray, low: float, high: float, palette: str) -> str:
-        colours = _palette(palette)(np.clip((_averaged(values, factor) - low) / (high - low), 0, 1))
-        colours[~_averaged(inside, factor).astype(bool)] = _OUTSIDE
-        return _png(colours)
 
     return {
         "camera": view.camera,
@@ -103,20 +104,41 @@ def _view(view: FitView) -> dict[str, Any]:
         "exposure": exposure,
         "rmse": view.rmse,
         "share": float(inside.mean()),
-        "target": shown(target),
-        "render": shown(render),
-        "residual": mapped(worst, -reach, reach, "RdBu_r"),
+        **_drawn(view, factor, reach),
         "reach": reach,
-        "residual_stops": _stops("RdBu_r"),
         "peak": float(worst[peak]),
         "peak_column": int(peak[1]),
         "peak_row": int(peak[0]),
-        "difference": mapped(difference, 0.0, difference_top, "magma"),
+        "difference": _mapped(difference, inside, factor, 0.0, difference_top, "magma"),
         "difference_top": difference_top,
         "difference_stops": _stops("magma"),
         "difference_mean": float(difference[inside].mean()) if inside.any() else 0.0,
         "difference_p95": _percentile(difference[inside], 95),
     }
+
+
+def _drawn(view: FitView, factor: int, reach: float) -> dict[str, str]:
+    """Target, fit and residual as data URIs."""
+    from diffwhitted.image import display_codes
+
+    inside = np.asarray(view.weight) > 0
+    target, render = (np.nan_to_num(np.asarray(image, np.float64)) for image in (view.target, view.render))
+    stops = math.log2(_exposure(target[inside]))
+    shown = [_png(display_codes(_averaged(image, factor), 8, exposure=stops)) for image in (target, render)]
+    residual = _mapped(worst_channel(view), inside, factor, -reach, reach, "RdBu_r")
+    return {"target": shown[0], "render": shown[1], "residual": residual}
+
+
+def _mapped(values: np.ndarray, inside: np.ndarray, factor: int, low: float, high: float, palette: str) -> str:
+    """A map in colours, grey outside, as a data URI."""
+    colours = _palette(palette)(np.clip((_averaged(values, factor) - low) / (high - low), 0, 1))
+    colours[~_averaged(inside, factor).astype(bool)] = _OUTSIDE
+    return _png(colours)
+
+
+def _reach(view: FitView) -> float:
+    """The end of the scale of its residuals."""
+    return _round_up(max(worst_of(view), 1e-6))
 
 
 def _exposure(pixels: np.ndarray) -> float:

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from diffwhitted._errors import printable
 
-from .._result import FitResult, FitStage, FittedCoefficient
+from .._result import FitResult, FittedCoefficient
 from ..planning._identification import Identification
 from ._layout import column_widths, folded
+from ._lengths import joined, seconds_text, stage_text
 
 if TYPE_CHECKING:
     from rich.console import Group
@@ -244,21 +245,6 @@ def short(number: float) -> str:
     return f"{number:.3g}" if math.isfinite(number) else "unknown"
 
 
-def seconds_text(seconds: float) -> str:
-    """A duration: `0.42 s`, `12.3 s`, `3 min 05 s`."""
-    if not math.isfinite(seconds):
-        return "unknown"
-    if seconds < 59.95:
-        return f"{seconds:.2f} s" if seconds < 10 else f"{seconds:.1f} s"
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes} min {rest:02d} s"
-
-
-def stage_text(stage: FitStage) -> str:
-    """`one pixel in 8: 7 steps in 0.12 s`."""
-    return f"{stage.name}: {stage.steps} step{'' if stage.steps == 1 else 's'} in {seconds_text(stage.seconds)}"
-
-
 def what_moves(result: FitResult) -> str:
     """Which of the numbers move rays, shadows or patterns, in a sentence; empty where none does."""
     said = []
@@ -276,6 +262,8 @@ def summary_lines(result: FitResult) -> list[str]:
     if remarks := further_remarks(result):
         lines.append(remarks)
     lines.append(f"RMSE {short(result.rmse)} linear RGB; noise {short(result.noise)} ({noise_source(result)}).")
+    if len(result.views) > 1:
+        lines.append(f"Of each: {', '.join(f'{view.camera} {short(view.rmse)}' for view in result.views)}.")
     count = len(result.coefficients)
     starts = f" from the best of {result.starts_tried} starts" if result.starts_tried > 1 else ""
     steps = f"{result.steps} step{'' if result.steps == 1 else 's'}"
@@ -285,6 +273,6 @@ def summary_lines(result: FitResult) -> list[str]:
     )
     if moves := what_moves(result):
         lines.append(moves)
-    if len(result.stages) > 1:
-        lines.append("From coarse to fine: " + "; ".join(stage_text(stage) for stage in result.stages) + ".")
+    if len(stages := joined(result.stages)) > 1:
+        lines.append("From coarse to fine: " + "; ".join(map(stage_text, stages)) + ".")
     return lines
