@@ -85,12 +85,22 @@ def _sorted(xp: Any, middle, levels: int):
     """The order of points (2**levels, 3), infinite ones last, in which every aligned half is split along its longest
     axis.
     """
+    columns = [middle[:, k] for k in range(3)]
     order = xp.arange(middle.shape[0])
     for level in range(levels):
-        parts = middle[order].reshape(2**level, -1, 3)
-        there = xp.isfinite(parts)
-        span = xp.where(there, parts, -np.inf).max(axis=1) - xp.where(there, parts, np.inf).min(axis=1)
-        along = xp.take_along_axis(parts, span.argmax(axis=1)[:, None, None], axis=2)[:, :, 0]
-        within = xp.argsort(along, axis=1)
-        order = xp.take_along_axis(order.reshape(2**level, -1), within, axis=1).reshape(-1)
+        parts = [column.reshape(2**level, -1) for column in columns]
+        with np.errstate(invalid="ignore"):
+            span = xp.stack([part.max(axis=1) - part.min(axis=1) for part in parts])
+        longest = span.argmax(axis=0)[:, None]
+        along = xp.where(longest == 0, parts[0], xp.where(longest == 1, parts[1], parts[2]))
+        within = _halved(xp, along)
+        order, *columns = (
+            xp.take_along_axis(one.reshape(2**level, -1), within, axis=1).reshape(-1) for one in (order, *columns)
+        )
     return order
+
+
+def _halved(xp: Any, values):
+    """Places of values (parts, n) such that none of the first half of a part is larger than one of the second half."""
+    half = values.shape[1] // 2
+    return np.argpartition(values, half, axis=1) if xp is np else xp.argsort(values, axis=1)
