@@ -2,6 +2,8 @@
 
 import functools
 
+import numpy as np
+
 import diffwhitted as dw
 
 
@@ -20,7 +22,7 @@ def one_of_each() -> dw.Scene:
                 k_a=(0.05, 0.1, 0.1), k_d=(0.4, 0.3, 0.2), k_h=0.3, k_s=0.15, k_t=0.3, refractive_index=1.2,
                 phong_exponent=12,
             ),
-            "matte": dw.Material(k_a=0.1, k_d=(0.3, 0.6, 0.8), highlight="off"),
+            "matte": dw.Material(k_a=0.1, k_d=(0.3, 0.6, 0.8), k_d_texture="print", highlight="off"),
             "floor": dw.Material(k_a=0.1, k_d=0.8, k_d_texture="tiles", highlight="off"),
             "spare": dw.Material(k_d=0.5),
         },
@@ -30,6 +32,10 @@ def one_of_each() -> dw.Scene:
         ],
         textures={
             "tiles": dw.Checker([(0.9, 0.3, 0.2), (0.2, 0.5, 0.9)], size=1.3, axes="xz"),
+            "print": dw.ImageTexture(
+                np.random.default_rng(2).uniform(0.2, 1, (5, 6, 3)), mapping="planar", origin=(-2.6, -0.9, -1.6),
+                edge_u=(2.8, 0, -0.8), edge_v=(0, 2.4, 0), wrap="mirror",
+            ),
             "unworn": dw.Checker([(1, 1, 1), (0, 0, 0)]),
         },
         cameras={

@@ -232,6 +232,21 @@ def test_means_are_differentiable(slant):
     agree_with_differences(loss, {name: jnp.asarray(getattr(texture, name)) for name in ("texels", "origin", "edge_v")})
 
 
+@pytest.mark.parametrize("mapping", ["spherical", "cylindrical", "triplanar"])
+def test_numbers_of_other_mappings_are_differentiable(mapping):
+    """Colours at many points, along all numbers of the mapping at once."""
+    start = {name: jnp.asarray(value, float) for name, value in KEYS[mapping].items()}
+    ways = {name: jnp.asarray(RANDOM.normal(size=value.shape)) for name, value in start.items()}
+    texture = dw.ImageTexture(TEXELS, mapping=mapping)
+
+    def colours(step):
+        return changed(texture, **{name: start[name] + step * ways[name] for name in start}).at(where(POINTS)).stacked()
+
+    slopes = jax.jacfwd(colours)(0.0)
+    assert abs(slopes).max() > 0.1
+    np.testing.assert_allclose(slopes, (colours(1e-8) - colours(-1e-8)) / 2e-8, atol=1e-5 * abs(slopes).max())
+
+
 @pytest.mark.parametrize("mapping", ["planar", "triplanar"])
 def test_a_scene_far_away_looks_the_same(mapping):
     """At the coordinates of a map, where float32 resolves 3 cm."""

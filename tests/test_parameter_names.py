@@ -116,7 +116,8 @@ def test_stars_match_materials_unless_a_family_word_comes_first():
     assert free("*.k_d")[0] == ("glazed.k_d", "matte.k_d", "floor.k_d") == free("material.*.k_d")[0]
     assert free("light.*.colour")[0] == ("light.lamp.colour", "light.sun.colour")
     assert free("object.*.centre.x")[0] == ("object.ball.centre.x",)
-    assert free("texture.*")[0] == ("texture.tiles.colours", "texture.tiles.size")
+    edges = "texture.print.origin", "texture.print.edge_u", "texture.print.edge_v"
+    assert free("texture.*")[0] == ("texture.tiles.colours", "texture.tiles.size", *edges)
     assert free("glazed.k_d.r", "glazed.k_d.b")[0] == ("glazed.k_d.r", "glazed.k_d.b")
     assert free("glazed.k_d.r", "glazed.k_d")[0] == ("glazed.k_d",)
     assert free("camera.*.vfov_deg", cameras={"main"})[0] == ("camera.main.vfov_deg",)
