@@ -7,13 +7,15 @@ from fitting.judging._codes import Cells, bounds_of_polytope, most_likely, stand
 from fitting.judging._evidence import Evidence, jackknife, robust_errors, sandwich
 
 
-def rounded(noise, seed, step=0.01, count=400):
-    """Cells of a line a + b x, rounded to a step, near the wrong values (0.3, 0.5) for (0.302, 0.497)."""
+def rounded(noise, seed, step=0.01, count=400, slack=1e-9):
+    """Cells of a line a + b x, rounded to a step, near the wrong values (0.3, 0.5) for (0.302, 0.497). `slack`: a
+    further deviation, which is known.
+    """
     random = np.random.default_rng(seed)
     rows = np.stack([np.ones(count), np.linspace(0, 1, count)], axis=1)
-    codes = np.round((rows @ [0.302, 0.497] + noise * random.normal(size=count)) / step)
+    codes = np.round((rows @ [0.302, 0.497] + np.hypot(noise, slack) * random.normal(size=count)) / step)
     low, high = (codes - 0.5) * step, (codes + 0.5) * step
-    return Cells(rows, rows @ [0.3, 0.5], low, high, np.full(count, 1e-9), np.ones(count))
+    return Cells(rows, rows @ [0.3, 0.5], low, high, np.broadcast_to(slack, count), np.ones(count))
 
 
 def test_exact_codes_bound_with_certainty():
@@ -47,6 +49,17 @@ def test_the_likelihood_of_codes_gives_value_noise_and_error(noise):
     true = Cells(cells.jacobian, cells.jacobian @ [0.302, 0.497], cells.low, cells.high, cells.slack, cells.weight)
     z = standardised(true, np.full(400, noise))
     assert abs(z.mean()) < 4 * z.std() / 20
+
+
+def test_noise_is_found_beside_pixels_that_are_uncertain_by_themselves():
+    """A quarter of the pixels, as at edges, by fifteen times the noise: they say nothing of it."""
+    slack = np.where(np.arange(400) % 4 == 0, 0.03, 1e-9)
+    fits = [most_likely(rounded(0.002, seed, 0.004, slack=slack), [np.ones(400)]) for seed in range(60)]
+    sigma = [fit.sigma[1] for fit in fits]
+    assert np.median(sigma) == pytest.approx(0.002, rel=0.05) and np.std(sigma) < 0.0003
+    off = np.stack([fit.change for fit in fits]) - [0.002, -0.003]
+    said = np.sqrt(np.mean([np.diagonal(fit.covariance) for fit in fits], axis=0))
+    assert off.std(axis=0) == pytest.approx(said, rel=0.25)
 
 
 def test_errors_of_groups_are_those_of_correlated_noise():

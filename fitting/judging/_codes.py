@@ -136,19 +136,32 @@ def _most_likely(cells: Cells, shape: np.ndarray) -> Censored:
         gram = (cells.jacobian * (information * cells.weight)[:, None]).T @ cells.jacobian
         step = _inverse(gram) @ (cells.jacobian.T @ (score * cells.weight))
         change = change + step
-        # The noise by the mean square of the hidden values about the model (EM).
-        score, information, _ = _likelihood(cells, change, sigma)
-        hidden = sigma**2 + sigma**4 * (score**2 - information)
-        square = float(np.average((hidden - cells.slack**2) / shape**2, weights=cells.weight))
-        new = max(square, least**2) ** 0.5
+        new = _likeliest_noise(cells, change, shape, least, max(4 * share, 2 * least))
         settled = abs(new / share - 1) < 1e-3 and np.all(abs(step) ** 2 <= 1e-6 * np.diagonal(_inverse(gram)))
-        share = float(new)
+        share = new
         if settled:
             break
     sigma = np.hypot(share * shape, cells.slack)
     _, information, logs = _likelihood(cells, change, sigma)
     gram = (cells.jacobian * (information * cells.weight)[:, None]).T @ cells.jacobian
     return Censored(change, sigma, _inverse(gram), float(np.sum(logs * cells.weight)))
+
+
+def _likeliest_noise(cells: Cells, change: np.ndarray, shape: np.ndarray, least: float, most: float) -> float:
+    """The noise that makes the codes most likely with these coefficients.
+
+    Looked for itself: the mean square of the hidden values, step by step (EM), hardly moves where noise is less than a
+    cell, and stops at too much of it.
+    """
+    from scipy.optimize import minimize_scalar
+
+    def unlikely(log_share: float) -> float:
+        sigma = np.hypot(np.exp(log_share) * shape, cells.slack)
+        return -float(np.sum(_likelihood(cells, change, sigma)[2] * cells.weight))
+
+    ends = (float(np.log(least)), float(np.log(most)))
+    found = minimize_scalar(unlikely, bounds=ends, method="bounded", options={"xatol": 1e-3})
+    return float(np.exp(found.x))
 
 
 def standardised(cells: Cells, sigma: np.ndarray) -> np.ndarray:

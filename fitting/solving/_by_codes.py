@@ -63,8 +63,9 @@ def by_codes(
         cells, used = _cells(problem, targets, values)
         keep = np.concatenate([~edge[where] for edge, where in zip(edges, used, strict=True)])
         uneven = np.concatenate([d[where] for d, where in zip(deviations, used, strict=True)])
-        # What residuals have shown beyond the least of them is the model's: edges.
-        doubtful = replace(cells, slack=np.hypot(cells.slack, np.sqrt(uneven**2 - uneven.min() ** 2)))
+        # What residuals have shown beyond the rounding of codes and what is usual is the model's: edges.
+        excess = uneven**2 - cells.width**2 / 12
+        doubtful = replace(cells, slack=np.sqrt(cells.slack**2 + np.maximum(excess - np.median(excess), 0)))
         certain = _certain(cells, keep, size)
         if certain is not None:
             ends, found = values[:, None] + certain, None
