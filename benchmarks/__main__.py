@@ -10,7 +10,7 @@ from ._figures import Figure, machine, save, show
 from ._fresh import figures_of
 from ._scene import FOLDER
 
-BENCHMARKS = ("forward", "derivatives", "compile", "edges", "accuracy", "fit", "memory", "waiting")
+BENCHMARKS = ("forward", "derivatives", "compile", "edges", "accuracy", "fit", "memory", "waiting", "spd")
 
 
 def main(names: list[str]) -> int:

@@ -7,13 +7,14 @@ from pathlib import PurePath
 from ._format import SceneFormat
 from ._json import JSON
 from ._mtl import MTL
+from ._nff import NFF
 from ._tables import LATEX, MARKDOWN
 from .gltf import GLTF
 from .mitsuba import MITSUBA
 from .povray import POVRAY
 from .toml import TOML
 
-FORMATS: list[SceneFormat] = [TOML, POVRAY, MITSUBA, GLTF, MTL, JSON, LATEX, MARKDOWN]
+FORMATS: list[SceneFormat] = [TOML, NFF, POVRAY, MITSUBA, GLTF, MTL, JSON, LATEX, MARKDOWN]
 
 
 @contextmanager

@@ -6,7 +6,7 @@ constant ambient light in place of what the walls send.
 
 import numpy as np
 
-from ..scene import AbstractObject, Camera, Material, PointLight, Polygon, Polyhedron, Scene
+from ..scene import AbstractObject, Camera, Material, Mesh, PointLight, Polyhedron, Scene
 
 PER_METRE = 100
 WALLS = {
@@ -16,7 +16,7 @@ WALLS = {
     "right": ("green", ((0, 0, 559.2), (0, 0, 0), (0, 548.8, 0), (0, 548.8, 559.2))),
     "left": ("red", ((552.8, 0, 0), (549.6, 0, 559.2), (556, 548.8, 559.2), (556, 548.8, 0))),
 }
-"""Materials and corners, counter-clockwise seen from within, in centimetres (the data call them millimetres)."""
+"""Materials and corners (those of the left one lie in no plane), counter-clockwise seen from within, in centimetres (the data call them millimetres)."""
 BLOCKS = {
     "short block": (165, ((130, 65), (82, 225), (240, 272), (290, 114))),
     "tall block": (330, ((423, 247), (265, 296), (314, 456), (472, 406))),
@@ -29,7 +29,8 @@ REFLECTANCES = {"white": (0.73, 0.73, 0.73), "red": (0.57, 0.04, 0.04), "green":
 def cornell(size: int) -> Scene:
     """`size` 1: two white blocks; 2: the tall one is a mirror."""
     objects: list[AbstractObject] = [
-        Polygon(name, np.asarray(corners) / PER_METRE, colour) for name, (colour, corners) in WALLS.items()
+        Mesh(name, np.asarray(corners) / PER_METRE, [[0, 1, 2, 3]], colour)
+        for name, (colour, corners) in WALLS.items()
     ]
     for name, (height, corners) in BLOCKS.items():
         material = "mirror" if size > 1 and name == "tall block" else "white"
@@ -48,8 +49,7 @@ def cornell(size: int) -> Scene:
 
 
 def _block(height: float, corners) -> tuple[np.ndarray, list[list[int]]]:
-    """Vertices (8, 3) and faces of an upright block; `corners` run clockwise from the x to the z axis seen from
-    above."""
+    """Vertices (8, 3) and faces of an upright block; `corners` run counter-clockwise seen from above."""
     top = np.asarray([[x, height, z] for x, z in corners]) / PER_METRE
-    sides = [[k, (k + 1) % 4, (k + 1) % 4 + 4, k + 4] for k in range(4)]
-    return np.concatenate([top, top * [1, 0, 1]]), [[3, 2, 1, 0], [4, 5, 6, 7], *[side[::-1] for side in sides]]
+    sides = [[k, k + 4, (k + 1) % 4 + 4, (k + 1) % 4] for k in range(4)]
+    return np.concatenate([top, top * [1, 0, 1]]), [[0, 1, 2, 3], [7, 6, 5, 4], *sides]
