@@ -69,7 +69,9 @@ class Words:
         for number in range(rows):
             row = self._take()
             if row is None:
-                raise self.error(line, f"the file ends after {number} of {rows} lines of numbers that {line.word} needs")
+                raise self.error(
+                    line, f"the file ends after {number} of {rows} lines of numbers that {line.word} needs"
+                )
             words = (row.word, *row.rest)
             if len(words) != columns:
                 raise self.error(
@@ -110,8 +112,8 @@ class Words:
             end, number = len(data) if end < 0 else end, number + 1
             if end - begin > LONGEST_LINE and not data[begin : begin + 1] == b"#":
                 raise SceneError(
-                    f"{self.source}: line {number}: {end - begin:,} bytes long; allowed is {LONGEST_LINE:,}. Is this an "
-                    "NFF file?"
+                    f"{self.source}: line {number}: {end - begin:,} bytes long; allowed is {LONGEST_LINE:,}. Is this "
+                    "an NFF file?"
                 )
             content = data[begin:end].partition(b"#")[0]
             begin = end + 1

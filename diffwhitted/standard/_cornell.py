@@ -9,6 +9,7 @@ import numpy as np
 from ..scene import AbstractObject, Camera, Material, Mesh, PointLight, Polyhedron, Scene
 
 PER_METRE = 100
+"""The data are about a box of 55 cm in millimetres; here it is a room of 5.5 m."""
 WALLS = {
     "floor": ("white", ((552.8, 0, 0), (0, 0, 0), (0, 0, 559.2), (549.6, 0, 559.2))),
     "ceiling": ("white", ((556, 548.8, 0), (556, 548.8, 559.2), (0, 548.8, 559.2), (0, 548.8, 0))),
@@ -16,7 +17,8 @@ WALLS = {
     "right": ("green", ((0, 0, 559.2), (0, 0, 0), (0, 548.8, 0), (0, 548.8, 559.2))),
     "left": ("red", ((552.8, 0, 0), (549.6, 0, 559.2), (556, 548.8, 559.2), (556, 548.8, 0))),
 }
-"""Materials and corners (those of the left one lie in no plane), counter-clockwise seen from within, in centimetres (the data call them millimetres)."""
+"""Materials and corners, counter-clockwise seen from within, as the data have them. Those of the left wall lie in no
+plane."""
 BLOCKS = {
     "short block": (165, ((130, 65), (82, 225), (240, 272), (290, 114))),
     "tall block": (330, ((423, 247), (265, 296), (314, 456), (472, 406))),
@@ -29,8 +31,7 @@ REFLECTANCES = {"white": (0.73, 0.73, 0.73), "red": (0.57, 0.04, 0.04), "green":
 def cornell(size: int) -> Scene:
     """`size` 1: two white blocks; 2: the tall one is a mirror."""
     objects: list[AbstractObject] = [
-        Mesh(name, np.asarray(corners) / PER_METRE, [[0, 1, 2, 3]], colour)
-        for name, (colour, corners) in WALLS.items()
+        Mesh(name, np.asarray(corners) / PER_METRE, [[0, 1, 2, 3]], colour) for name, (colour, corners) in WALLS.items()
     ]
     for name, (height, corners) in BLOCKS.items():
         material = "mirror" if size > 1 and name == "tall block" else "white"

@@ -35,9 +35,7 @@ def rings(size: int) -> Scene:
     signs = np.asarray([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]])
     objects.append(Polygon("wall", [eye[0], far, eye[2]] + half * signs, "wall"))
     materials = {name: paint(colour, 0.5, 0.2, 37) for name, colour in COLOURS.items()}
-    return usual_scene(
-        objects, materials | {"wall": paint((1, 1, 1), 1.0)}, LIGHTS, usual_camera(eye, eye + [0, 1, 0])
-    )
+    return usual_scene(objects, materials | {"wall": paint((1, 1, 1), 1.0)}, LIGHTS, usual_camera(eye, eye + [0, 1, 0]))
 
 
 def pentagons() -> np.ndarray:

@@ -2,19 +2,7 @@
 
 import numpy as np
 
-from ..scene import (
-    Box,
-    Camera,
-    Checker,
-    Cylinder,
-    GradientBackground,
-    Material,
-    Mesh,
-    Plane,
-    PointLight,
-    Scene,
-    Sphere,
-)
+from ..scene import Box, Camera, Checker, Cylinder, GradientBackground, Material, Mesh, Plane, PointLight, Scene, Sphere
 
 TOP = 0.75
 """Height of the table's top, metres."""
