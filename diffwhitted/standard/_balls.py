@@ -4,8 +4,8 @@ from math import asin, pi, sqrt
 
 import numpy as np
 
-from ..scene import Polygon, Scene, SphereSet
-from ._parts import THREE_AROUND, Y, Z, paint, turned, usual_camera, usual_scene
+from ..scene import Polygon, SphereSet
+from ._parts import THREE_AROUND, Parts, Y, Z, paint, turned, usual_camera, usual_scene
 
 ROOT_RADIUS = 0.5
 LIGHTS = ((4, 3, 2), (1, -4, 4), (-3, 1, 5))
@@ -13,7 +13,7 @@ UPSIDE_DOWN = 1e-4
 """A direction nearer than this to -z has no axis of its own by which to turn to it."""
 
 
-def balls(size: int) -> Scene:
+def balls(size: int) -> Parts:
     """Spheres on spheres: (9^(size + 1) - 1) / 8 of them, over a floor."""
     corners = [[12, 12, -0.5], [-12, 12, -0.5], [-12, -12, -0.5], [12, -12, -0.5]]
     return usual_scene(

@@ -6,7 +6,8 @@ constant ambient light in place of what the walls send.
 
 import numpy as np
 
-from ..scene import AbstractObject, Camera, Material, Mesh, PointLight, Polyhedron, Scene
+from ..scene import AbstractObject, Camera, Material, Mesh, PointLight, Polyhedron
+from ._parts import Parts
 
 PER_METRE = 100
 """The data are about a box of 55 cm in millimetres; here it is a room of 5.5 m."""
@@ -28,7 +29,7 @@ REFLECTANCES = {"white": (0.73, 0.73, 0.73), "red": (0.57, 0.04, 0.04), "green":
 """The walls' measured spectra as linear RGB, roughly."""
 
 
-def cornell(size: int) -> Scene:
+def cornell(size: int) -> Parts:
     """`size` 1: two white blocks; 2: the tall one is a mirror."""
     objects: list[AbstractObject] = [
         Mesh(name, np.asarray(corners) / PER_METRE, [[0, 1, 2, 3]], colour) for name, (colour, corners) in WALLS.items()
@@ -39,7 +40,7 @@ def cornell(size: int) -> Scene:
     materials = {name: Material(k_a=colour, k_d=colour) for name, colour in REFLECTANCES.items()}
     if size > 1:
         materials["mirror"] = Material(k_a=0.05, k_d=0.05, k_s=0.85)
-    return Scene(
+    return dict(
         objects=objects,
         materials=materials,
         lights=[PointLight((2.78, 5.3, 2.795), (0.85, 0.72, 0.5), name="lamp")],

@@ -4,16 +4,17 @@ T. Whitted, "An improved illumination model for shaded display", CACM 23(6), 198
 scene: these are ours, after the picture.
 """
 
-from ..scene import Camera, Checker, ConstantBackground, Material, PointLight, Polygon, Scene, Sphere
+from ..scene import Camera, Checker, ConstantBackground, Material, PointLight, Polygon, Sphere
+from ._parts import Parts
 
 SIDE, BACK, FRONT = 3.0, -9.0, 3.0
 """Where the board ends, metres: half its width, and along z."""
 
 
-def figure_7(size: int) -> Scene:
+def figure_7(size: int) -> Parts:
     """The board has `size` squares across."""
     corners = [[-SIDE, 0, FRONT], [SIDE, 0, FRONT], [SIDE, 0, BACK], [-SIDE, 0, BACK]]
-    return Scene(
+    return dict(
         objects=[
             Sphere("glass ball", (0.35, 1.35, 0.6), 0.95, "glass"),
             Sphere("small ball", (-1.05, 0.85, -1.3), 0.7, "mirror"),

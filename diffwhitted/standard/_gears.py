@@ -4,8 +4,8 @@ from math import pi
 
 import numpy as np
 
-from ..scene import AbstractObject, Material, Mesh, Polygon, Scene
-from ._parts import paint, usual_camera, usual_scene
+from ..scene import AbstractObject, Material, Mesh, Polygon
+from ._parts import Parts, paint, usual_camera, usual_scene
 
 TEETH = 36
 IN_TOOTH = (-0.19, 0.19, 0.3, 0.7)
@@ -14,7 +14,7 @@ LIGHTS = ((2, 4, 4), (-2, 4, 3), (2, -2.5, 2.5), (-1, -4, 2), (-1.111, -2.121, 2
 FLOOR = ((2, 2, 0), (-2, 2, 0), (-2, -2, 0), (2, -2, 0))
 
 
-def gears(size: int) -> Scene:
+def gears(size: int) -> Parts:
     """size^3 gears over a floor; every fifth transmits light, with index 1.1."""
     pitch = 1 / (size - (size - 1) * 0.05)
     thickness = min(0.1, 0.5 / size)

@@ -4,8 +4,8 @@ from math import log, sqrt
 
 import numpy as np
 
-from ..scene import Mesh, Scene, SphereSet
-from ._parts import TETRAHEDRAL, THREE_AROUND, Z, paint, turned, usual_camera, usual_scene
+from ..scene import Mesh, SphereSet
+from ._parts import TETRAHEDRAL, THREE_AROUND, Parts, Z, paint, turned, usual_camera, usual_scene
 
 DIMENSION = 2.2
 ROUGHNESS = sqrt((2 / 2 ** (1 / (DIMENSION - 1))) ** 2 - 1)
@@ -15,7 +15,7 @@ SEED, STEPS = 21, 134456
 """Of the generator of random numbers."""
 
 
-def mount(size: int) -> Scene:
+def mount(size: int) -> Parts:
     """A height field of 2 * 4^size triangles, and four balls that touch each other."""
     glass = paint((1, 1, 1), 0.1, 0.1, 6.7, k_h=0.4, k_t=0.9, refractive_index=1.5)
     return usual_scene(

@@ -6,10 +6,14 @@ The rules are those of E. Haines, "A proposal for standard graphics environments
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import acos, atan, cos, degrees, log, pi, radians, sin, sqrt, tan
+from typing import Any
 
 import numpy as np
 
-from ..scene import AbstractObject, Camera, ConstantBackground, Material, PointLight, Scene
+from ..scene import AbstractObject, Camera, ConstantBackground, Material, PointLight
+
+Parts = dict[str, Any]
+"""What `Scene` takes, by name."""
 
 SKY = (0.078, 0.361, 0.753)
 PICTURE = 512
@@ -23,8 +27,8 @@ TETRAHEDRAL = acos(-1 / 3)
 class StandardScene:
     """One entry of the registry."""
 
-    make: Callable[[int], Scene]
-    """The scene of a size."""
+    make: Callable[[int], Parts]
+    """The scene of a size, in its parts."""
     size: int
     """The size that it has unless another is asked for."""
     largest: int
@@ -70,9 +74,9 @@ def paint(colour, k_d: float, k_s: float = 0.0, angle_deg: float | None = None, 
     return Material(k_a=sent, k_d=sent, k_s=k_s, **exponent, **more)
 
 
-def usual_scene(objects: Sequence[AbstractObject], materials: dict[str, Material], lights, camera: Camera) -> Scene:
+def usual_scene(objects: Sequence[AbstractObject], materials: dict[str, Material], lights, camera: Camera) -> Parts:
     """The scene by the rules: depth 5, opaque shadows, total reflection as in Whitted, the common background."""
-    return Scene(
+    return dict(
         objects=objects,
         materials=materials,
         lights=usual_lights(lights),

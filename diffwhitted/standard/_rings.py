@@ -4,8 +4,8 @@ from math import acos, cos, pi, radians, sin, tan
 
 import numpy as np
 
-from ..scene import AbstractObject, Cylinder, Polygon, Scene, SphereSet
-from ._parts import X, Z, paint, turned, usual_camera, usual_scene
+from ..scene import AbstractObject, Cylinder, Polygon, SphereSet
+from ._parts import Parts, X, Z, paint, turned, usual_camera, usual_scene
 
 STEP = 1 / sin(radians(22.5))
 """Between two layers."""
@@ -18,7 +18,7 @@ COLOURS = {
 LIGHTS = ((3, -STEP, 3), (-4, -STEP, 1), (2, -STEP, -4))
 
 
-def rings(size: int) -> Scene:
+def rings(size: int) -> Parts:
     """`size` layers of 1, 4, 9, ... objects of 30 cylinders and 30 spheres, before a wall."""
     places = np.concatenate([_layer(depth) for depth in range(size)])
     objects: list[AbstractObject] = []

@@ -1,7 +1,7 @@
 """The one list of standard scenes. A new one is a function in a file here, and one line."""
 
 from .._errors import SceneError
-from ..scene import Scene, nearest_name
+from ..scene import Precision, Scene, nearest_name
 from ._balls import balls
 from ._cornell import cornell
 from ._figure_7 import figure_7
@@ -29,12 +29,12 @@ STANDARD: dict[str, StandardScene] = {
 """By name."""
 
 
-def standard_scene(name: str, size: int | None = None) -> Scene:
+def standard_scene(name: str, size: int | None = None, *, precision: Precision = "float32") -> Scene:
     """A scene that many have rendered: Haines' databases, Whitted's figure, the Cornell box, a table with glass.
 
     `name` is one of `diffwhitted.standard.STANDARD`; `size` says how much there is of it (see `about` there), its usual
-    size unless stated. Haines' scenes have z up, the others y. Raises `SceneError` for a name that is none, and a size
-    below 1 or above what is held in memory.
+    size unless stated; `precision` is that of every array of the scene. Haines' scenes have z up, the others y. Raises
+    `SceneError` for a name that is none, and a size below 1 or above what is held in memory.
     """
     if name not in STANDARD:
         raise SceneError(
@@ -47,4 +47,4 @@ def standard_scene(name: str, size: int | None = None) -> Scene:
             f"standard scene {name!r}: size = {size!r}; allowed is a whole number from 1 to {entry.largest}, "
             f"usual is {entry.size} ({entry.about})"
         )
-    return entry.make(size)
+    return Scene(**entry.make(size), precision=precision)

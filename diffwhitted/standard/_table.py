@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ..scene import Box, Camera, Checker, Cylinder, GradientBackground, Material, Mesh, Plane, PointLight, Scene, Sphere
+from ..scene import Box, Camera, Checker, Cylinder, GradientBackground, Material, Mesh, Plane, PointLight, Sphere
+from ._parts import Parts
 
 TOP = 0.75
 """Height of the table's top, metres."""
@@ -13,7 +14,7 @@ PROFILE = (
 """Radius and height of the tumbler's wall, from the middle below over the outer side to the middle within, metres."""
 
 
-def table(size: int) -> Scene:
+def table(size: int) -> Parts:
     """The tumbler is a mesh of `size` steps around."""
     wood = {"k_a": (0.16, 0.09, 0.05), "k_d": (0.5, 0.28, 0.14)}
     legs = [
@@ -21,7 +22,7 @@ def table(size: int) -> Scene:
         for k, (x, z) in enumerate([(-0.5, -0.3), (0.5, -0.3), (0.5, 0.3), (-0.5, 0.3)], 1)
     ]
     vertices, faces = turned_profile(np.asarray(PROFILE), size)
-    return Scene(
+    return dict(
         objects=[
             Plane("floor", (0, 1, 0), 0, "floor"),
             Box("top", (-0.6, TOP - 0.03, -0.4), (0.6, TOP, 0.4), "wood"),

@@ -5,8 +5,8 @@ from importlib.resources import files
 
 import numpy as np
 
-from ..scene import Mesh, Scene
-from ._parts import paint, usual_camera, usual_scene
+from ..scene import Mesh
+from ._parts import Parts, paint, usual_camera, usual_scene
 
 LIGHTS = ((-3.1, 9.8, 12.1), (11.3, 5.1, 8.8))
 HALF_FLOOR = 4.0
@@ -14,7 +14,7 @@ COLLAPSED = 1e-9
 """A normal shorter than this before it is made a unit is none: there a side of the patch is one point."""
 
 
-def teapot(size: int) -> Scene:
+def teapot(size: int) -> Parts:
     """32 bicubic patches of size x size cells, two triangles each, over a floor of size x size squares."""
     vertices, normals, faces = pot(size)
     white, grey = floor(size)

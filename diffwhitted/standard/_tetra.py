@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..scene import Mesh, Scene
-from ._parts import paint, usual_camera, usual_scene
+from ..scene import Mesh
+from ._parts import Parts, paint, usual_camera, usual_scene
 
 CORNERS = np.asarray([[1, 1, 1], [-1, -1, 1], [-1, 1, -1], [1, -1, -1]], np.float64)
 """Of a cube, those four whose coordinates have a positive product."""
@@ -11,7 +11,7 @@ FACES = np.asarray([[0, 1, 3], [0, 2, 1], [0, 3, 2], [1, 2, 3]])
 """Counter-clockwise seen from outside."""
 
 
-def tetra(size: int) -> Scene:
+def tetra(size: int) -> Parts:
     """4^size triangles of one colour."""
     return usual_scene(
         [Mesh("tetra", *sierpinski(size), "tetra")],

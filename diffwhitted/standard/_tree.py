@@ -5,8 +5,8 @@ from math import radians
 
 import numpy as np
 
-from ..scene import AbstractObject, Cone, Polygon, Scene, SphereSet
-from ._parts import X, Z, paint, turned, usual_camera, usual_scene
+from ..scene import AbstractObject, Cone, Polygon, SphereSet
+from ._parts import Parts, X, Z, paint, turned, usual_camera, usual_scene
 
 BASE_RADIUS, TAPER = 0.15, 0.67
 BRANCHES = ((40, 90, 0.65), (25, 230, 0.70))
@@ -15,7 +15,7 @@ LIGHTS = ((-5, 5, 50), (30, -30, 30), (-40, -30, 20), (10, 30, 40), (-30, 40, 10
 FIELD = ((50, 50, 0), (-50, 50, 0), (-50, -50, 0), (50, -50, 0))
 
 
-def tree(size: int) -> Scene:
+def tree(size: int) -> Parts:
     """2^(size + 1) - 1 branches on a field, each a cone with a sphere at its tip."""
     grown = list(branches(size))
     objects: list[AbstractObject] = [
