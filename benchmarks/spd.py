@@ -82,9 +82,10 @@ def count_rays(scene: diffwhitted.Scene, corners: int = CORNERS, depth: int = DE
     camera, shapes = scene.cameras["main"].resized(corners - 1, corners - 1), tabulate(scene).shapes
     materials = [scene.materials[thing.material] for thing in numbered_objects(scene)]
     stuff = Stuff(
-        *(np.asarray([np.any(np.asarray(m.values[key]) > 0) for m in materials]) for key in ("k_s", "k_t")),
-        np.asarray([float(m.refractive_index) for m in materials], scene.dtype),
-        np.stack([light.place() for light in scene.lights]).astype(scene.dtype),
+        np.asarray([np.any(np.asarray(m.values["k_s"]) > 0) for m in materials]),
+        np.asarray([np.any(np.asarray(m.values["k_t"]) > 0) for m in materials]),
+        np.asarray([m.values["refractive_index"] for m in materials], scene.dtype),
+        np.asarray([light.place() for light in scene.lights], scene.dtype),
     )
     row, column = (a.ravel().astype(scene.dtype) for a in np.indices((corners, corners)))
     eye = camera.rays(jnp.asarray(column), jnp.asarray(row))

@@ -169,7 +169,7 @@ def brute_force(scene: dw.Scene, corners: int, depth: int) -> dict[str, int]:
     # The camera of 512 rows that is made smaller keeps its angle.
     half = np.tan(np.radians(22.5)) * 512 / 511
     mirrors = {"flake": True, "floor": False}
-    counts = dict.fromkeys(("eye", "reflected", "refracted", "shadow"), 0)
+    counts: dict[str, int] = dict.fromkeys(("eye", "reflected", "refracted", "shadow"), 0)
 
     def hit(origin, way, but):
         best, found = np.inf, None

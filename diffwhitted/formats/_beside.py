@@ -2,6 +2,7 @@
 
 import io
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -19,12 +20,12 @@ def with_files(scene: Scene, path: Path) -> tuple[Scene, dict[Path, bytes]]:
     They lie beside `path`, the file of the scene, and are called after it and the object. The scene can be saved once
     they are written; it holds the same numbers. What names a file already is left as it is.
     """
-    large = [thing for thing in scene.objects if _is_large(thing)]
-    words = words_of((thing.name for thing in large), prefix=f"{path.stem}_", allowed=r"\w-", longest=120)
+    large = [thing.name for thing in scene.objects if _is_large(thing)]
+    words = words_of(large, prefix=f"{path.stem}_", allowed=r"\w-", longest=120)
     files, objects = {}, []
     for thing in scene.objects:
         if thing.name in words:
-            data, suffix = (_npz(thing), ".npz") if isinstance(thing, SphereSet) else (_ply(thing), ".ply")
+            data, suffix = _file_of(thing)
             place = path.with_name(words[thing.name] + suffix)
             files[place] = data
             thing = changed(thing, file=str(place))
@@ -34,6 +35,11 @@ def with_files(scene: Scene, path: Path) -> tuple[Scene, dict[Path, bytes]]:
 
 def _is_large(thing: AbstractObject) -> bool:
     return isinstance(thing, (SphereSet, Mesh)) and thing.file is None and thing.surfaces > FEW
+
+
+def _file_of(thing: AbstractObject) -> tuple[bytes, str]:
+    """The bytes of its file, and the suffix of that."""
+    return (_npz(thing), ".npz") if isinstance(thing, SphereSet) else (_ply(cast(Mesh, thing)), ".ply")
 
 
 def _npz(spheres: SphereSet) -> bytes:

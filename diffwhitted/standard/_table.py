@@ -16,7 +16,6 @@ PROFILE = (
 
 def table(size: int) -> Parts:
     """The tumbler is a mesh of `size` steps around."""
-    wood = {"k_a": (0.16, 0.09, 0.05), "k_d": (0.5, 0.28, 0.14)}
     legs = [
         Cylinder(f"leg {k}", (x, 0, z), (x, TOP - 0.03, z), 0.025, "wood")
         for k, (x, z) in enumerate([(-0.5, -0.3), (0.5, -0.3), (0.5, 0.3), (-0.5, 0.3)], 1)
@@ -32,7 +31,7 @@ def table(size: int) -> Parts:
             Sphere("steel ball", (0.05, TOP + 0.0701, -0.12), 0.07, "steel"),
         ],
         materials={
-            "wood": Material(**wood, k_h=0.15, k_s=0.06, phong_exponent=60),
+            "wood": Material(k_a=(0.16, 0.09, 0.05), k_d=(0.5, 0.28, 0.14), k_h=0.15, k_s=0.06, phong_exponent=60),
             "floor": Material(k_a=0.2, k_d=0.7, k_a_texture="tiles", k_d_texture="tiles"),
             "glass": Material(k_h=0.5, k_s=0.08, k_t=0.92, phong_exponent=300, refractive_index=1.5),
             "steel": Material(k_d=0.08, k_h=0.6, k_s=0.7, phong_exponent=120),

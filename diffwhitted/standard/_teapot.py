@@ -36,7 +36,7 @@ def teapot(size: int) -> Parts:
 
 def control_points() -> np.ndarray:
     """Of the 32 patches, (32, 4, 4, 3), metres, z up."""
-    held = json.loads(files(__package__).joinpath("teapot.json").read_text(encoding="utf-8"))
+    held = json.loads(files("diffwhitted.standard").joinpath("teapot.json").read_text(encoding="utf-8"))
     return np.asarray(held["vertices"], np.float64)[np.asarray(held["patches"])]
 
 
