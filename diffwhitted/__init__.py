@@ -61,6 +61,7 @@ from .tree import Effects, Plan, decide_effects
 if TYPE_CHECKING:
     from .formats import load_scene, parse_scene, read_cameras, save_scene, scene_schema
     from .image import read_image, write_image
+    from .standard import standard_scene
 
 __all__ = [
     "Antialiased",
@@ -127,12 +128,14 @@ __all__ = [
     "replace_parameter",
     "save_scene",
     "scene_schema",
+    "standard_scene",
     "write_image",
 ]
 
 __getattr__ = lazily(
     __name__,
     dict.fromkeys(("load_scene", "parse_scene", "read_cameras", "save_scene", "scene_schema"), "formats")
-    | dict.fromkeys(("read_image", "write_image"), "image"),
+    | dict.fromkeys(("read_image", "write_image"), "image")
+    | {"standard_scene": "standard"},
 )
-"""Schemas of scene files and libraries of pictures wait until a file is read or written."""
+"""Schemas of scene files, libraries of pictures and standard scenes wait until they are asked for."""

@@ -43,6 +43,7 @@ LAYERS = (
     "diffwhitted.cost",
     "diffwhitted.accuracy",
     "diffwhitted._render",
+    "diffwhitted.standard",
     "diffwhitted.formats",
     "diffwhitted",
     "fitting._errors",
@@ -148,7 +149,7 @@ PUBLIC = {
         PointLight Polygon Polyhedron Quadric RayMaps Scene SceneError Settings Shot Sphere SphereSet Torus
         antialias choose coefficient_value decide_effects derivative explain layers load_scene measure
         parameter_value parameters parse_scene plan ray_maps read_cameras read_image render render_with_bound
-        replace_coefficient replace_parameter save_scene scene_schema write_image
+        replace_coefficient replace_parameter save_scene scene_schema standard_scene write_image
     """,
     "fitting": """
         FitError FitResult FitStage FitStep FitView FittedCoefficient HeldOut Identification

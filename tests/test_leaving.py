@@ -39,7 +39,7 @@ def written(tmp_path):
 
 def test_what_is_only_written_is_not_read(tmp_path):
     for suffix in OUT:
-        with pytest.raises(SceneError, match=r"are written, not read; give a scene in \.toml$"):
+        with pytest.raises(SceneError, match=r"are written, not read; give a scene in \.toml, \.nff$"):
             dw.load_scene(tmp_path / f"scene.{suffix}")
 
 

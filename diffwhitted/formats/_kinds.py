@@ -7,6 +7,7 @@ from pathlib import PurePath
 from ._format import SceneFormat
 from ._json import JSON
 from ._mtl import MTL
+from ._nff import NFF
 from ._obj import BARE, OBJ
 from ._tables import LATEX, MARKDOWN
 from .gltf import GLB, GLTF
@@ -14,7 +15,9 @@ from .mitsuba import MITSUBA
 from .povray import POVRAY
 from .toml import TOML
 
-FORMATS: list[SceneFormat] = [TOML, POVRAY, MITSUBA, GLTF, GLB, OBJ, BARE, MTL, JSON, LATEX, MARKDOWN]
+FORMATS: list[SceneFormat] = [
+    TOML, NFF, POVRAY, MITSUBA, GLTF, GLB, OBJ, BARE, MTL, JSON, LATEX, MARKDOWN,
+]  # fmt: skip
 
 
 @contextmanager

@@ -72,6 +72,14 @@ class Cone(AbstractObject):
     def is_convex(self) -> bool:
         return self.capped
 
+    def ball(self) -> tuple[np.ndarray, float]:
+        return ball_of_ends(self.base, self.top, max(float(self.base_radius), float(self.top_radius)))
+
+    def holds(self, place) -> bool:
+        middle, radius = self.ball()
+        near = self.capped and float(np.linalg.norm(middle - np.asarray(place, np.float64))) <= radius
+        return near and super().holds(place)
+
 
 def frusta(base, top, base_radius, top_radius, capped) -> Frusta:
     """The family by ends and radii; differentiable."""
@@ -92,3 +100,9 @@ def check_ends(base, top, place: str) -> None:
     if not is_traced(base) and not is_traced(top) and np.array_equal(base, top):
         raise SceneError(f"{place}: top = {listed(top)} is base; allowed is any other point. For a disc, use type = "
                          '"disc"')  # fmt: skip
+
+
+def ball_of_ends(base, top, radius: float) -> tuple[np.ndarray, float]:
+    """Middle (3,) and radius of a sphere around a frustum whose larger end has a radius."""
+    base, top = np.asarray(base, np.float64), np.asarray(top, np.float64)
+    return (base + top) / 2, float(np.hypot(np.linalg.norm(top - base) / 2, radius))

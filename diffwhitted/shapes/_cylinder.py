@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from .._errors import SceneError
 from ..geometry import AbstractSurfaces
 from ..records import Row, is_traced, listed, read_rows, stacked
-from ._cone import BASE, CAPPED, TOP, check_ends, frusta
+from ._cone import BASE, CAPPED, TOP, ball_of_ends, check_ends, frusta
 from ._frusta import Frusta
 from ._object import AbstractObject
 
@@ -78,6 +78,14 @@ class Cylinder(AbstractObject):
 
     def is_convex(self) -> bool:
         return self.capped
+
+    def ball(self) -> tuple[np.ndarray, float]:
+        return ball_of_ends(self.base, self.top, float(self.radius))
+
+    def holds(self, place) -> bool:
+        middle, radius = self.ball()
+        near = self.capped and float(np.linalg.norm(middle - np.asarray(place, np.float64))) <= radius
+        return near and super().holds(place)
 
 
 def _one_radius(radius, base_radius, top_radius, place: str):

@@ -188,6 +188,10 @@ class Mesh(AbstractObject):
     def holds(self, place) -> bool:
         if not self.closed:
             return False
+        # A place outside its box needs no search.
+        vertices, there = np.asarray(self.vertices, np.float64), np.asarray(place, np.float64)
+        if (there < vertices.min(axis=0)).any() or (there > vertices.max(axis=0)).any():
+            return False
         family = self.alone()
         point = vec3(jnp.asarray(np.asarray(place, np.float64), jax.tree.leaves(family)[0].dtype)[None])
         return bool(family.holds(0, self.surfaces, point)[0])

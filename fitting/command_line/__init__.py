@@ -1,5 +1,5 @@
 """The command line: `diffwhitted render`, `fit`, `derivative`, `explain`, `tradeoff`, `identify`, `parameters`,
-`convert` and `schema`.
+`convert`, `scene` and `schema`.
 
 A command's file imports what it needs when it runs, so that `--help` does not wait for JAX. Every failure is
 one message on stderr and an exit code; there is never a traceback.
@@ -23,6 +23,7 @@ from ._options import SeveralValues
 from ._parameters import parameters
 from ._progress import say
 from ._render import render
+from ._scene import scene
 from ._schema import schema
 from ._tradeoff import tradeoff
 
@@ -46,6 +47,7 @@ app.command(cls=SeveralValues, short_help="Say what a picture costs, and why.")(
 app.command(cls=SeveralValues, short_help="Measure what accuracy costs in time.")(tradeoff)
 app.command(short_help="List the numbers of a scene by name.")(parameters)
 app.command(short_help="Write a scene or a fit as other programs read it.")(convert)
+app.command(short_help="Write a scene that many have rendered.")(scene)
 app.command(short_help="Print the JSON Schema of scene files.")(schema)
 
 
@@ -56,7 +58,7 @@ def diffwhitted(
 ) -> None:
     """A differentiable Whitted ray tracer that finds materials from pictures.
 
-    Scenes are TOML files; pictures are OpenEXR, Radiance, TIFF, PNG or JPEG. Exit codes: 0 done, 1 a fit that
+    Scenes are TOML files, or NFF; pictures are OpenEXR, Radiance, TIFF, PNG or JPEG. Exit codes: 0 done, 1 a fit that
     has not converged or is not determined, 2 something given cannot be used.
     """
     if version:

@@ -22,7 +22,7 @@ class Precision(StrEnum):
     float64 = "float64"
 
 
-ScenePath = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, TOML.", show_default=False)]
+ScenePath = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, TOML or NFF.", show_default=False)]
 CameraName = Annotated[
     str | None,
     typer.Option(
