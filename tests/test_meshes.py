@@ -1,7 +1,5 @@
 """Meshes: one object of many triangles, against polygons, against spheres and against their own definition."""
 
-import warnings
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -187,7 +185,7 @@ def test_a_picture_is_differentiable_in_the_vertices(shading):
     assert np.mean(off < 1e-5) > 0.9
 
 
-# Many of them, and files.
+# Many of them, and pictures on them.
 
 
 def test_spheres_are_as_many_single_ones():
@@ -198,103 +196,24 @@ def test_spheres_are_as_many_single_ones():
     np.testing.assert_array_equal(picture(together), picture(*single))
 
 
-def test_scene_files(tmp_path):
-    vertices, faces = ball(1)
-    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
-    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces.tolist()]
-    (tmp_path / "parts").mkdir()
-    (tmp_path / "parts" / "ball.obj").write_text("\n".join(lines))
-    np.savez(tmp_path / "dots.npz", centres=vertices, radii=np.full(len(vertices), 0.1))
-    text = """
-        [[material]]
-        name = "clay"
-        k_d = 0.5
-        [[object]]
-        name = "ball"
-        type = "mesh"
-        file = "parts/ball.obj"
-        shading = "phong"
-        material = "clay"
-        [[object]]
-        name = "roof"
-        type = "mesh"
-        vertices = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]
-        faces = [[0, 1, 2, 3]]
-        uvs = [[0, 0], [1, 0], [1, 1], [0, 1]]
-        material = "clay"
-        [[object]]
-        name = "dots"
-        type = "spheres"
-        file = "dots.npz"
-        material = "clay"
-        [[object]]
-        name = "row"
-        type = "spheres"
-        centres = [[0, 0, 0], [1, 0, 0]]
-        radii = 0.25
-        material = "clay"
-    """
-    (tmp_path / "scene.toml").write_text(text)
-    loaded = dw.load_scene(tmp_path / "scene.toml")
-    of_file, roof, dots, row = sorted(loaded.objects, key=lambda o: ["ball", "roof", "dots", "row"].index(o.name))
-    np.testing.assert_allclose(np.asarray(of_file.vertices)[np.asarray(of_file.faces)], vertices[faces], atol=1e-6)
-    assert of_file.shading == "phong" and roof.faces.tolist() == [[3, 0, 1], [1, 2, 3]] or len(roof.faces) == 2
-    assert dots.surfaces == len(vertices) and row.radii.shape == ()
-    (tmp_path / "elsewhere").mkdir()
-    dw.save_scene(loaded, tmp_path / "elsewhere" / "again.toml")
-    said = (tmp_path / "elsewhere" / "again.toml").read_text()
-    assert 'file = "../parts/ball.obj"' in said and said.count("vertices") == 1
-    again = dw.load_scene(tmp_path / "elsewhere" / "again.toml")
-    for one, other in zip(jax.tree.leaves(loaded), jax.tree.leaves(again), strict=True):
-        np.testing.assert_array_equal(one, other)
+def test_a_picture_by_coordinates_of_the_mesh_is_that_of_the_plane():
+    """A board of two triangles with u and v at its corners, against the same picture laid over a polygon."""
+    corners = np.asarray([[-1.5, -1, 0], [1.5, -1, 0], [1.5, 1, 0], [-1.5, 1, 0]])
+    texels = np.random.default_rng(4).uniform(0.1, 0.9, (4, 6, 3))
+    camera = dw.Camera(look_from=(0.3, 0.2, 4), look_at=(0, 0, 0), up=(0, 1, 0), vfov_deg=35, width=24, height=18)
 
+    def seen(thing, **mapping):
+        one = dw.Scene(
+            objects=[thing],
+            materials={"paint": dw.Material(k_a=1.0, k_a_texture="picture", k_d=0, k_h=0)},
+            textures={"picture": dw.ImageTexture(texels, wrap="clamp", **mapping)},
+        )
+        return np.asarray(dw.render(one, camera))
 
-@pytest.mark.parametrize(
-    "wrong, said",
-    [
-        ({"faces": [[0, 1, 8]]}, r"faces\[0\] = \[0, 1, 8\], and there are 8 vertices; allowed is 0 to 7"),
-        ({"faces": [[0, 1, 2], [0, -1, 2]]}, r"faces\[1\] = \[0, -1, 2\]"),
-        ({"faces": [[0, 1]]}, r"faces\[0\] has 2 vertices; allowed is three or more"),
-        ({"faces": []}, "faces is empty"),
-        ({"faces": [[0, 1, 1.5]]}, "allowed is whole numbers"),
-        ({"vertices": BOX * np.nan}, "vertices .* is not finite"),
-        ({"vertices": BOX * 0}, "none of its 12 triangles has an area"),
-        ({"normals": BOX[:3]}, "normals has 3 entries for 8 vertices"),
-        ({"uvs": [[0, 0]]}, "uvs has 1 entries"),
-        ({"shading": "gourd"}, "shading = 'gourd'; allowed is flat, phong"),
-        ({"vertices": None, "faces": None}, "needs vertices and faces, or a file"),
-    ],
-)
-def test_errors(wrong, said):
-    with pytest.raises(dw.SceneError, match=f"(?s)object 'cube': .*{said}"):
-        cube(**{"vertices": BOX, "faces": BOX_FACES} | wrong)
-
-
-def test_triangles_without_area_are_left_out_with_a_note():
-    with pytest.warns(dw.SceneNote if hasattr(dw, "SceneNote") else UserWarning, match="1 of 13 triangles"):
-        mesh = cube(faces=[*BOX_FACES, [0, 0, 1]])
-    assert mesh.surfaces == 12 and mesh.closed
-
-
-@pytest.mark.parametrize(
-    "name, content, said",
-    [
-        ("none.obj", None, "there is no such file"),
-        ("empty.ply", b"", "is empty"),
-        ("mesh.xyz", b"1 2 3", "ends with '.xyz'; allowed is .obj, .ply"),
-        ("huge.stl", b"\0" * 80 + (10**8).to_bytes(4, "little") + b"\0" * 50,
-         "promises 100,000,000 triangles and holds 1"),
-        ("huge.ply", b"ply\nformat binary_little_endian 1.0\nelement vertex 900000000\nproperty float x\nend_header\n",
-         "promises 900,000,000 elements"),
-        ("text.obj", b"hello\nworld\n", "holds no triangle|cannot be read"),
-        ("nan.obj", b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "a vertex is not finite"),
-        ("outside.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "cannot be read|allowed is 0 to"),
-    ],
-)  # fmt: skip
-def test_hostile_files(tmp_path, name, content, said):
-    if content is not None:
-        (tmp_path / name).write_bytes(content)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        with pytest.raises(dw.SceneError, match=f"object 'm': file = .*({said})"):
-            dw.Mesh("m", material="clay", file=str(tmp_path / name))
+    mesh = dw.Mesh("board", corners, [[0, 1, 2, 3]], "paint", uvs=[[0, 0], [1, 0], [1, 1], [0, 1]])
+    flat = dict(mapping="planar", origin=corners[0], edge_u=(3, 0, 0), edge_v=(0, 2, 0))
+    one, other = seen(mesh, mapping="uv"), seen(dw.Polygon("board", corners, "paint"), **flat)
+    np.testing.assert_allclose(one, other, atol=1e-5)
+    assert other.std() > 0.05
+    with pytest.raises(dw.SceneError, match="'board' .* has no texture coordinates"):
+        seen(dw.Polygon("board", corners, "paint"), mapping="uv")
