@@ -50,9 +50,9 @@ class Settled:
     """As the fit used them: without a few wild pixels, where these carried nearly all that was left over."""
     out_of_steps: bool
     """It ended since it had no more steps to take."""
-    unsure: np.ndarray
+    unsure: np.ndarray | float = 0.0
     """By how much each coefficient hangs on how the samples of a pixel are spread, half a 95 % interval, (p,)."""
-    codec: Codec | None
+    codec: Codec | None = None
     """What the targets were compressed by, where the fit allowed for it."""
 
     @property
