@@ -68,7 +68,7 @@ def test_all_notebooks_are_there():
         "2_how_a_picture_becomes_coefficients.ipynb",
         "3_why_edges_matter.ipynb",
         "4_what_accuracy_costs.ipynb",
-        "6_a_photograph.ipynb",
+        "5_a_photograph.ipynb",
     ]
 
 
