@@ -76,6 +76,7 @@ def test_readme_shows_every_command():
         "identify",
         "parameters",
         "render",
+        "scene",
         "schema",
         "tradeoff",
     }

@@ -1,12 +1,13 @@
-"""A table with glass on it: a tumbler, a ball of glass, a dish of metal."""
+"""A table with glass on it: a tumbler, a ball of glass, one of steel."""
 
 import numpy as np
 
-from ..scene import Box, Camera, Checker, Cylinder, GradientBackground, Material, Mesh, Plane, PointLight, Sphere
+from ..scene import Camera, Checker, Cylinder, GradientBackground, Material, Mesh, Plane, PointLight, Sphere
 from ._parts import Parts
 
 TOP = 0.75
-"""Height of the table's top, metres."""
+"""Height of the round table's top, metres."""
+THICK = 0.025
 PROFILE = (
     (0.0, 0.0), (0.026, 0.0), (0.030, 0.003), (0.033, 0.04), (0.037, 0.08), (0.040, 0.119), (0.0395, 0.1205),
     (0.0385, 0.1205), (0.038, 0.119), (0.035, 0.08), (0.031, 0.04), (0.027, 0.014), (0.022, 0.010), (0.0, 0.009),
@@ -16,16 +17,12 @@ PROFILE = (
 
 def table(size: int) -> Parts:
     """The tumbler is a mesh of `size` steps around."""
-    legs = [
-        Cylinder(f"leg {k}", (x, 0, z), (x, TOP - 0.03, z), 0.025, "wood")
-        for k, (x, z) in enumerate([(-0.5, -0.3), (0.5, -0.3), (0.5, 0.3), (-0.5, 0.3)], 1)
-    ]
     vertices, faces = turned_profile(np.asarray(PROFILE), size)
     return dict(
         objects=[
             Plane("floor", (0, 1, 0), 0, "floor"),
-            Box("top", (-0.6, TOP - 0.03, -0.4), (0.6, TOP, 0.4), "wood"),
-            *legs,
+            Cylinder("top", (0, TOP - THICK, 0), (0, TOP, 0), 0.3, "wood"),
+            Cylinder("leg", (0, 0, 0), (0, TOP - THICK, 0), 0.03, "wood"),
             Mesh("tumbler", vertices + [-0.09, TOP + 1e-4, 0.05], faces, "glass", shading="phong"),
             Sphere("glass ball", (0.07, TOP + 0.0501, 0.12), 0.05, "glass"),
             Sphere("steel ball", (0.05, TOP + 0.0701, -0.12), 0.07, "steel"),
@@ -41,7 +38,7 @@ def table(size: int) -> Parts:
             PointLight((-1.2, 2.4, 1.0), (0.75, 0.72, 0.68), name="lamp"),
             PointLight((1.8, 1.9, 1.4), (0.3, 0.32, 0.36), name="window"),
         ],
-        cameras={"main": Camera((0.16, TOP + 0.28, 0.75), (0.0, TOP + 0.05, 0.0), 32, 640, 480)},
+        cameras={"main": Camera((0.16, TOP + 0.28, 0.75), (0.0, TOP + 0.03, 0.0), 38, 640, 480)},
         background=GradientBackground((0.35, 0.35, 0.38), (0.75, 0.8, 0.9)),
         max_depth=8,
         shadows="tinted",

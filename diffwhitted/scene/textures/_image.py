@@ -194,7 +194,7 @@ class ImageTable(AbstractTexture):
 
     def _levels(self) -> Levels:
         assert self.which is not None, "chosen says which picture each ray needs"
-        return Levels(self.texels, self.which, self.size_in_texels, self.wrap)
+        return Levels(jnp.asarray(self.texels), self.which, self.size_in_texels, self.wrap)
 
 
 def _moving(uv, point: TexturePoint, steps: tuple[TexturePoint, TexturePoint]):
