@@ -77,13 +77,14 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture(autouse=True, scope="module")
 def _few_programs():
-    """Let go of the compiled programs at the end of a file when there are many.
+    """Let go of the compiled programs at the end of a file when there are many, or when they fill the memory.
 
     Each of them maps memory some dozens of times, and a process may do so 65530 times on Linux: past that XLA crashes.
     """
     yield
-    maps = Path("/proc/self/maps")
-    if maps.exists() and maps.read_bytes().count(b"\n") > 25_000:
+    maps, pages = Path("/proc/self/maps"), Path("/proc/self/statm")
+    many = maps.exists() and maps.read_bytes().count(b"\n") > 25_000
+    if many or (pages.exists() and int(pages.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") > 3 * 2**30):
         eqx.clear_caches()
         jax.clear_caches()
 

@@ -150,6 +150,30 @@ def test_shares_of_a_point():
     np.testing.assert_allclose([float(s[0]) for s in one.shares(point)], [0.2, 0.5, 0.3], atol=1e-6)
 
 
+# Transforms.
+
+
+def test_transforms_take_vertices_normals_and_balls_along():
+    """Scale, then a turn about y, then a shift; normals stay square to the faces also where the scale is uneven."""
+    vertices, faces = ball(1)
+    there = dw.Mesh("m", vertices, faces, "clay", normals=vertices).placed(
+        scale=(1, 2, 3), rotate_deg=(0, 90, 0), translate=(1, 2, 3)
+    )
+    found = there.as_placed()
+    x, y, z = (vertices * [1, 2, 3]).T
+    np.testing.assert_allclose(found.vertices, np.stack([z + 1, y + 2, 3 - x], axis=1), atol=1e-6)
+    outwards = vertices / [1, 2, 3]
+    outwards = np.stack([outwards[:, 2], outwards[:, 1], -outwards[:, 0]], axis=1)
+    cosine = (outwards * found.normals).sum(axis=1)
+    cosine /= np.linalg.norm(outwards, axis=1) * np.linalg.norm(found.normals, axis=1)
+    np.testing.assert_allclose(cosine, 1, atol=1e-6)
+    balls = dw.SphereSet("s", vertices, 0.25, "clay").placed(scale=2, translate=(0, 1, 0)).as_placed()
+    np.testing.assert_allclose(balls.centres, 2 * vertices + [0, 1, 0], atol=1e-6)
+    np.testing.assert_allclose(balls.radii, 0.5)
+    with pytest.raises(dw.SceneError, match="scale = .* is not the same along all axes"):
+        dw.SphereSet("s", vertices, 0.25, "clay").placed(scale=(1, 2, 1))
+
+
 # Derivatives.
 
 

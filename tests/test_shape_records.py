@@ -31,7 +31,8 @@ COUNT = 8
 
 
 def test_every_kind_of_object_is_asked():
-    assert {type(thing) for thing in POSED.values()} == set(OBJECTS)
+    """Those of many surfaces in `test_meshes`."""
+    assert {type(thing) for thing in POSED.values()} == set(OBJECTS) - {dw.Mesh, dw.SphereSet}
 
 
 @pytest.mark.parametrize("name", POSED)
