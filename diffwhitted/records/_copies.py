@@ -46,7 +46,8 @@ def moved(record: R, by: np.ndarray) -> R:
     What is known is moved in float64, what is traced in its own precision.
     """
     places = [row.name for row in rows_of(record).values() if row.kind in ("vector", "vectors") and row.unit == "m"]
-    return changed(record, **{name: shifted(getattr(record, name), by) for name in places})
+    stated = {name: value for name in places if (value := getattr(record, name)) is not None}
+    return changed(record, **{name: shifted(value, by) for name, value in stated.items()})
 
 
 def shifted(value, by):

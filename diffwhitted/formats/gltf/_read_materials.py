@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from ..._errors import InputError, SceneError
-from ...image import read_image
 from ...scene import ImageTexture, Material
 from .._losses import Losses
 from ._arrays import Content
@@ -50,6 +49,8 @@ class Pictures:
 
     def _texels(self, image: dict[str, Any], where: str) -> tuple[np.ndarray, str | None]:
         """Linear texels, and the file that holds them if there is one."""
+        from ...image import read_image  # OpenImageIO takes long to load
+
         uri, content = image.get("uri"), self._content
         try:
             if uri is not None and not uri.startswith("data:"):

@@ -4,7 +4,6 @@ import os
 from pathlib import Path
 
 from ..._errors import InputError, SceneError
-from ...image import ImageError, read_image
 from ...records import changed
 from ...scene import AbstractTexture, ImageTexture
 from ._entries import Entry
@@ -15,6 +14,8 @@ class ImageTable(Entry):
 
     def record(self, place: str, dtype):
         """The texture with the texels of its file. Raises `SceneError` naming the texture and the file."""
+        from ...image import ImageError, read_image  # OpenImageIO takes long to load
+
         stated = {key: self.value(key, place, dtype) for key in type(self).model_fields if key not in ("type", "name")}
         file, encoding = stated["file"], stated["encoding"]
         try:
