@@ -18,6 +18,8 @@ ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs" / "guide").glob("*.md"))]
 LONG = ("derivative", "explain", "tradeoff")
 """Commands that compile for minutes: their own tests run them, and here their words are understood."""
+OF_READERS = ("examples/photographs/scene.toml", "lamps/fitted.toml", "scene.toml")
+"""Scenes of readers, and the photographs, which a notebook fits: their commands are understood here."""
 
 
 def blocks(page: Path, language: str) -> list[str]:
@@ -58,8 +60,11 @@ def test_a_command_is_understood(words, small):
     command.make_context(words[0], words[1:])
 
 
+RUN = [words for words in commands().values() if words[0] not in LONG and not set(words) & set(OF_READERS)]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("words", [w for w in commands().values() if w[0] not in LONG], ids=lambda words: words[0])
+@pytest.mark.parametrize("words", RUN, ids=lambda words: words[0])
 def test_a_command_runs(words, small, capsys):
     assert main(words) == 0, capsys.readouterr().err
     for option in ("-o", "--out"):

@@ -16,6 +16,6 @@ from ._sphere_set import SphereSet
 from ._torus import Torus
 
 OBJECTS: Registry[AbstractObject] = Registry(
-    "object", AbstractObject, Sphere, Plane, Polygon, Disc, Box, Cylinder, Cone, Quadric, Torus, Polyhedron, SphereSet,
+    "object", AbstractObject, Sphere, Plane, Polygon, Box, Disc, Cylinder, Cone, Quadric, Torus, Polyhedron, SphereSet,
     Mesh,
 )  # fmt: skip
