@@ -33,7 +33,7 @@ def one_of_each() -> dw.Scene:
         textures={
             "tiles": dw.Checker([(0.9, 0.3, 0.2), (0.2, 0.5, 0.9)], size=1.3, axes="xz"),
             "print": dw.ImageTexture(
-                np.random.default_rng(2).uniform(0.2, 1, (5, 6, 3)), mapping="planar", origin=(-2.6, -0.9, -1.6),
+                np.random.default_rng(2).uniform(0.7, 1, (5, 6, 3)), mapping="planar", origin=(-2.6, -0.9, -1.6),
                 edge_u=(2.8, 0, -0.8), edge_v=(0, 2.4, 0), wrap="mirror",
             ),
             "unworn": dw.Checker([(1, 1, 1), (0, 0, 0)]),
