@@ -56,6 +56,17 @@ SLOW = (
     "test_shapes",
     "test_shape_records",
     "test_shape_pictures",
+    "test_lamps",
+    "test_lossy",
+    "test_fit_texture",
+    "test_image_textures",
+    "test_search",
+    "test_meshes",
+    "test_standard",
+    "test_filters",
+    "test_parameters",
+    "test_real_pictures",
+    "test_codes",
 )
 """Files that compile for long: `make quick` leaves them out. The longest are begun first, so that no worker is left
 with one at the end.
