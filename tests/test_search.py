@@ -7,7 +7,17 @@ import numpy as np
 import pytest
 from mesh_samples import ball, bumpy
 
-from diffwhitted.geometry import NOTHING, BoxTree, Departure, Ray, boxes_over, compiled, searcher
+from diffwhitted.geometry import (
+    NOTHING,
+    BoxTree,
+    Departure,
+    Ray,
+    Shapes,
+    boxes_over,
+    compiled,
+    crossing_counts,
+    searcher,
+)
 from diffwhitted.numerics._vector import vec3
 from diffwhitted.shapes import Spheres, Triangles
 
@@ -136,6 +146,22 @@ def test_all_searches_give_the_same_answers(kind, dtype):
     for other in (walked, machine):
         for one, two in zip(jax.tree.leaves(every), jax.tree.leaves(other), strict=True):
             assert (one != two).sum() <= (2 if dtype == np.float32 else 0)
+
+
+@pytest.mark.parametrize("trees", [False, True])
+def test_what_a_ray_runs_past_is_not_counted(trees):
+    """Where a silhouette cuts a footprint, a surface counts in part and is left out of the whole ones."""
+    family, (origin, direction) = spheres(np.float32, 100), rays(np.float32, seed=7)
+    ray, kinds = ray_of(origin[:800], direction[:800]), jnp.zeros(family.count, jnp.int32)
+    shapes = Shapes((family,), boxes=(tree(family),) if trees else ())
+    all_of_them = distances_to_spheres(family, origin[:800], direction[:800])
+    met = np.isfinite(all_of_them).sum(axis=-1)
+    past = met.argmax(axis=1)
+    free_space = free(800)
+    for passed, expected in (((), met.sum(axis=1)), ((past,), met.sum(axis=1) - met.max(axis=1))):
+        departure = Departure(free_space.primitive, free_space.inwards, tuple(map(jnp.asarray, passed)))
+        (found,) = crossing_counts(shapes, ray, departure, jnp.full(800, jnp.inf, jnp.float32), kinds, 1)
+        assert (np.asarray(found) != expected).sum() <= 4
 
 
 def test_vmap_and_traced_geometry():

@@ -68,7 +68,6 @@ class _Compiled(eqx.Module):
     def _call(self, mode: int, ray: Ray, departure: Departure, limit, boxes: BoxTree, flags=None, count: int = 0):
         shape, dtype = ray.origin.shape, boxes.rows.dtype
         flags = jnp.zeros(1, jnp.int32) if flags is None else flags
-        # Surfaces that a ray runs past are left out of counts one by one below: there are two at most.
         results = (
             jax.ShapeDtypeStruct(shape, dtype),
             jax.ShapeDtypeStruct(shape, jnp.int32),

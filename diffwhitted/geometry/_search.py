@@ -116,7 +116,8 @@ def crossing_counts(
     totals = (jnp.zeros(ray.origin.shape, jnp.int32),) * count
     for first, family, boxes in shapes.searched():
         leaves, mine = departure.counted_from(first, shapes.sheets), shapes.part(kinds, first, family)
-        by = searcher(family, boxes, shapes.sheets)
+        # Machine code knows of no surfaces that a ray runs past.
+        by = family if departure.passed else searcher(family, boxes, shapes.sheets)
         found = by.crossing_counts(ray, leaves, limit, mine, count, boxes)
         totals = tuple(total + more for total, more in zip(totals, found, strict=True))
     return totals
