@@ -8,6 +8,7 @@ import pytest
 from mesh_samples import BOX, BOX_FACES, ball
 
 import diffwhitted as dw
+from fitting.command_line._folder import saved_into
 
 
 def cube(vertices=0.6 * BOX, faces=BOX_FACES, **more) -> dw.Mesh:
@@ -63,6 +64,25 @@ def test_scene_files(tmp_path):
     again = dw.load_scene(tmp_path / "elsewhere" / "again.toml")
     for one, other in zip(jax.tree.leaves(loaded), jax.tree.leaves(again), strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+def test_a_scene_that_is_made_elsewhere_names_its_meshes_from_where_it_goes(tmp_path, monkeypatch):
+    """As `fit --out` makes fitted.toml: in a folder of its own, which is then put in place."""
+    monkeypatch.chdir(tmp_path)
+    vertices, faces = ball(0)
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+    (tmp_path / "ball.obj").write_text(
+        "\n".join([*lines, *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces.tolist())])
+    )
+    scene = dw.Scene(objects=[dw.Mesh("m", material="p", file="ball.obj")], materials={"p": dw.Material(k_d=0.5)})
+    made, out = tmp_path / "made", tmp_path / "some" / "where"
+    for folder in (made, out):
+        folder.mkdir(parents=True)
+    saved_into(out)(scene, made / "fitted.toml")
+    (made / "fitted.toml").rename(out / "fitted.toml")
+    again = dw.load_scene(out / "fitted.toml")
+    assert 'file = "../../ball.obj"' in (out / "fitted.toml").read_text()
+    np.testing.assert_array_equal(again.objects[0].vertices, scene.objects[0].vertices)
 
 
 @pytest.mark.parametrize(

@@ -11,26 +11,13 @@ if TYPE_CHECKING:
 
 
 def saved_into(folder: Path):
-    """`save_scene`, for a file that is made elsewhere and moved to a folder: the pictures of its shots and
-    textures are named from there.
+    """`save_scene`, for a TOML file that is made elsewhere and moved to a folder: all files that the scene names are
+    named from there.
     """
-    from diffwhitted import save_scene
-    from diffwhitted.records import changed
+    from diffwhitted.formats import scene_text, write_file
 
     def save(scene: Scene, path: Path) -> None:
-        def moved(name: str | None) -> str | None:
-            return None if name is None else os.path.join(path.parent, os.path.relpath(name, folder))
-
-        def shot_moved(shot):
-            noise = moved(shot.noise) if isinstance(shot.noise, str) else shot.noise
-            return changed(shot, picture=moved(shot.picture), mask=moved(shot.mask), noise=noise)
-
-        def texture_moved(texture):
-            file = getattr(texture, "file", None)
-            return texture if file is None else changed(texture, file=moved(file))
-
-        textures = {name: texture_moved(texture) for name, texture in scene.textures.items()}
-        save_scene(changed(scene, shots=tuple(map(shot_moved, scene.shots)), textures=textures), path)
+        write_file(path, scene_text(scene, source=str(path), folder=folder).encode("utf-8"), str(path))
 
     return save
 

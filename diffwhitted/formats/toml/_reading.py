@@ -69,7 +69,10 @@ def scene_text(scene: Scene, *, source: str = "scene", folder: Path | None = Non
             for name, texture in scene.textures.items()
         ],
         "material": [tables.material.plain(material, name=name) for name, material in scene.materials.items()],
-        "object": [_named_from(folder, _plain_object(tables.object, thing)) for thing in scene.objects],
+        "object": [
+            _plain(OBJECTS, tables.object, named_from(thing, folder), **dict.fromkeys(thing.left_out()))
+            for thing in scene.objects
+        ],
         "shot": [tables.shot.plain(relative(shot, folder)) for shot in scene.shots],
     }
     try:
@@ -215,17 +218,6 @@ def _plain_camera(name: str, camera) -> dict:
 def _plain(registry: Registry, entries: Mapping[str, type[Entry]], record, **stated) -> dict:
     registry.check(record, "this cannot be written to a scene file")
     return entries[record.written_type()].plain(record, **stated)
-
-
-def _plain_object(entries: Mapping[str, type[Entry]], thing) -> dict:
-    return _plain(OBJECTS, entries, thing, **dict.fromkeys(thing.left_out()))
-
-
-def _named_from(folder: Path | None, table: dict) -> dict:
-    """The table with its file named from the folder of the scene file."""
-    if folder is None or "file" not in table:
-        return table
-    return table | {"file": Path(os.path.relpath(table["file"], folder)).as_posix()}
 
 
 def _dumped(plain: Mapping) -> str:

@@ -1,12 +1,15 @@
-"""The table [[texture]] of a kind that is in a file: the file is read beside the scene file, and named from there."""
+"""The table [[texture]] of a kind that is in a file, and how a scene file names the files of textures and objects."""
 
 import os
 from pathlib import Path
+from typing import TypeVar
 
 from ..._errors import InputError, SceneError
 from ...records import changed
-from ...scene import AbstractTexture, ImageTexture
+from ...scene import AbstractObject, AbstractTexture, ImageTexture
 from ._entries import Entry
+
+R = TypeVar("R", AbstractTexture, AbstractObject)
 
 
 class ImageTable(Entry):
@@ -48,9 +51,9 @@ def located(entry: Entry, folder: Path | None) -> Entry:
     return entry.model_copy(update={"file": os.path.normpath(folder / file)})
 
 
-def named_from(texture: AbstractTexture, folder: Path | None):
-    """The reverse: its file as a scene file in that folder names it."""
-    file = getattr(texture, "file", None)
+def named_from(record: R, folder: Path | None) -> R:
+    """The reverse: a texture or an object whose file is called as a scene file in that folder names it."""
+    file = getattr(record, "file", None)
     if file is None or folder is None:
-        return texture
-    return changed(texture, file=Path(os.path.relpath(file, folder)).as_posix())
+        return record
+    return changed(record, file=Path(os.path.relpath(file, folder)).as_posix())
