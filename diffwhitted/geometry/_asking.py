@@ -8,12 +8,11 @@ from dataclasses import replace
 from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from ..numerics._safe import length
-from ..numerics._stage import UNROLLED, repeated
+from ..numerics._stage import UNROLLED
 from ..numerics._vector import Vec3, lookup
 from ._boxes import BoxTree
 from ._footprint import Footprint
@@ -76,11 +75,7 @@ def search(
     `content(found)`: nothing at all does.
     """
     if boxes is None:
-
-        def one(k, found):
-            return meet(asked, found, k, jax.tree.map(lambda a: a[k], family))
-
-        return repeated(family.count, one, found, unrolled)
+        return family.over(lambda k, member, found: meet(asked, found, k, member), found, unrolled)
     # What belongs to surfaces, not to rays, stays behind.
     sheet_of = asked.departure.sheet_of
     bare = replace(asked, departure=replace(asked.departure, sheet_of=None))

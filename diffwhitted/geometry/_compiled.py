@@ -15,7 +15,7 @@ from ._ray import Departure, Ray, Sheets
 from ._surface import AbstractSurfaces
 
 NEAREST, ANY, COUNT = range(3)
-"""As `_machine` has them, which is imported only where it is needed."""
+"""What is asked for: the first crossing, whether there is one before the limit, or how many of each kind."""
 
 
 @cache

@@ -1,8 +1,8 @@
-"""The walk of `_walk` as machine code, which XLA calls itself on a CPU: for spheres and triangles, three times as fast.
+"""The walk of `_walk` as machine code, which XLA calls itself on a CPU: for spheres and triangles.
 
 numba compiles a kernel for each kind of surface and precision; the compiled function speaks XLA's interface for foreign
 functions (version 0.3) and reads and writes XLA's own buffers: no Python is in the way, and passes run on all
-processors. The trees are the same, and so are the answers; where numba, or that version, is missing, `_walk` serves.
+processors. The trees are the same, and so are the answers; where numba is missing, `_walk` serves.
 """
 
 import ctypes
@@ -14,14 +14,10 @@ import numpy as np
 from numba import njit, types
 from numba.extending import intrinsic
 
+from ._compiled import ANY, COUNT
+
 # Names that the declarations of numba leave out.
 carray, cfunc = (getattr(numba, name) for name in ("carray", "cfunc"))
-NEAREST, ANY, COUNT = range(3)
-"""What is asked for: the first crossing, whether there is one before the limit, or how many of each kind."""
-WIDTH = {"sphere": 4, "triangle": 9}
-"""Numbers of a surface: centre and radius, or three corners."""
-INTERFACE = (0, 3)
-"""The version of the interface, major and minor."""
 EXECUTE = 3
 """The stage of a call in which there is work to do."""
 
@@ -185,7 +181,7 @@ def _follow(
 
 
 @njit(inline="always")
-def _run(round, width, frame, real, some):
+def _run(round, width, frame, real):
     """All rays of a call."""
     mode = carray(_pointer(_buffer(frame, 0, False)[0]), 1, np.int32)[0]
     address, size = _buffer(frame, 1, False)
@@ -224,36 +220,19 @@ def _run(round, width, frame, real, some):
 _CALL = types.int64(types.int64)
 
 
-def _spheres32(frame):
-    if not _asked_for_version(frame) and (_words(frame, 16)[4] & 0xFFFFFFFF) == EXECUTE:
-        _run(True, 4, frame, np.float32, 0)
-    return 0
+def _kernel(round, width, real):
+    """What XLA calls for a kind of surface, in one precision."""
+
+    def call(frame):
+        if not _asked_for_version(frame) and (_words(frame, 16)[4] & 0xFFFFFFFF) == EXECUTE:
+            _run(round, width, frame, real)
+        return 0
+
+    return call
 
 
-def _spheres64(frame):
-    if not _asked_for_version(frame) and (_words(frame, 16)[4] & 0xFFFFFFFF) == EXECUTE:
-        _run(True, 4, frame, np.float64, 0)
-    return 0
-
-
-def _triangles32(frame):
-    if not _asked_for_version(frame) and (_words(frame, 16)[4] & 0xFFFFFFFF) == EXECUTE:
-        _run(False, 9, frame, np.float32, 0)
-    return 0
-
-
-def _triangles64(frame):
-    if not _asked_for_version(frame) and (_words(frame, 16)[4] & 0xFFFFFFFF) == EXECUTE:
-        _run(False, 9, frame, np.float64, 0)
-    return 0
-
-
-KERNELS = {
-    ("sphere", "float32"): _spheres32,
-    ("sphere", "float64"): _spheres64,
-    ("triangle", "float32"): _triangles32,
-    ("triangle", "float64"): _triangles64,
-}
+KINDS = {"sphere": (True, 4), "triangle": (False, 9)}
+"""Is it round, and the numbers of a surface: centre and radius, or three corners."""
 _compiled: dict[str, object] = {}
 
 
@@ -261,7 +240,7 @@ def target(kind: str, dtype: str) -> str:
     """The name under which XLA calls the kernel for a kind of surface, compiled and registered when first asked for."""
     name = f"diffwhitted_{kind}_{dtype}"
     if name not in _compiled:
-        _compiled[name] = kernel = cfunc(_CALL, nopython=True, cache=True)(KERNELS[kind, dtype])
+        _compiled[name] = kernel = cfunc(_CALL, nopython=True, cache=True)(_kernel(*KINDS[kind], np.dtype(dtype).type))
         capsule = ctypes.pythonapi.PyCapsule_New
         capsule.restype, capsule.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p]
         jax.ffi.register_ffi_target(name, capsule(kernel.address, None, None), platform="cpu", api_version=1)

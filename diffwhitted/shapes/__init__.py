@@ -4,6 +4,7 @@ from ._box import Box, Boxes
 from ._cone import Cone
 from ._cylinder import Cylinder
 from ._disc import Disc, Discs
+from ._ears import cut_into_triangles
 from ._frusta import Frusta
 from ._kinds import OBJECTS
 from ._mesh import Mesh
@@ -22,5 +23,5 @@ from ._triangles import Triangles
 __all__ = [
     "AbstractObject", "Box", "Boxes", "Cone", "Cylinder", "Disc", "Discs", "Faces", "Frusta", "Mesh", "OBJECTS",
     "POSE", "Plane", "Planes", "Polygon", "Polygons", "Polyhedra", "Polyhedron", "Quadric", "Quadrics", "Sphere",
-    "SphereSet", "Spheres", "Tori", "Torus", "Triangles", "has_pose", "read_mesh",
+    "SphereSet", "Spheres", "Tori", "Torus", "Triangles", "cut_into_triangles", "has_pose", "read_mesh",
 ]  # fmt: skip

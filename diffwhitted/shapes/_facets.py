@@ -12,6 +12,7 @@ from .._errors import SceneError, SceneNote
 from ..numerics._safe import normalise
 from ..numerics._vector import vec3
 from ..records import is_traced
+from ._ears import cut_into_triangles
 
 NO_AREA = 1e-12
 """A triangle with less than this share of the square of its longest side as area is none."""
@@ -69,18 +70,6 @@ def as_triangles(
         said = f"{place}: {lost} of {len(there)} triangles have no area and are left out"
         warnings.warn(said, SceneNote, stacklevel=4)
     return triangles[there]
-
-
-def triangulated(points: np.ndarray) -> np.ndarray:
-    """Triangles (n - 2, 3) of a plane polygon (n, 2) without crossings, counter-clockwise: ears are cut off one by
-    one.
-    """
-    left, triangles = list(range(len(points))), []
-    while len(left) > 3:
-        place = next((k for k in range(len(left)) if _is_ear(points, left, k)), 0)
-        triangles.append([left[place - 1], left[place], left[(place + 1) % len(left)]])
-        del left[place]
-    return np.asarray([*triangles, left])
 
 
 def of_unit_length(vectors: Any) -> Any:
@@ -156,18 +145,4 @@ def _cut(around: Sequence[int], vertices: np.ndarray | None) -> np.ndarray:
     axis = int(abs(normal).argmax())
     across, along = (axis + 1) % 3, (axis + 2) % 3
     flat = points[:, [across, along]] if normal[axis] >= 0 else points[:, [along, across]]
-    return face[triangulated(flat)]
-
-
-def _is_ear(flat: np.ndarray, left: list[int], place: int) -> bool:
-    corners = [left[place - 1], left[place], left[(place + 1) % len(left)]]
-    a, b, c = flat[corners]
-    others = flat[[k for k in left if k not in corners]]
-    # A corner that turns outwards, and nothing of the rest in its triangle.
-    sides = [_turn(p, q, others) for p, q in ((a, b), (b, c), (c, a))]
-    return _turn(a, b, c) > 0 and not np.all([side >= 0 for side in sides], axis=0).any()
-
-
-def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray):
-    """Twice the area of the triangle, positive counter-clockwise."""
-    return (b[0] - a[0]) * (c[..., 1] - a[1]) - (b[1] - a[1]) * (c[..., 0] - a[0])
+    return face[cut_into_triangles(flat)]

@@ -94,7 +94,7 @@ class Mesh(AbstractObject):
         checked = checked_faces(faces, len(self.vertices), place)
         known = not is_traced(self.vertices)
         self.faces = as_triangles(checked, np.asarray(self.vertices, np.float64) if known else None, place)
-        self.closed = closes(np.asarray(self.vertices), self.faces) if known else closes(None, self.faces)
+        self.closed = closes(np.asarray(self.vertices) if known else None, self.faces)
         self.normals = None if normals is None else rows["normals"].read(normals, place)
         self.uvs = None if uvs is None else rows["uvs"].read(uvs, place)
         for key, values in (("normals", self.normals), ("uvs", self.uvs)):

@@ -65,9 +65,8 @@ def parse_gltf(data: bytes, source: str, precision: Precision) -> Scene:
             _add_light(content, light.get("light"), place, found, lost, where)
         if "skin" in node:
             lost.say("skins are lost: meshes stand as they were modelled")
-    for key in ("animations",):
-        if content.json.get(key):
-            lost.say(f"{key} are lost: the scene stands as at the beginning")
+    if content.json.get("animations"):
+        lost.say("animations are lost: the scene stands as at the beginning")
     if any(thing.material == PLAIN for thing in found.objects):
         materials[PLAIN] = Material(k_d=0.8)
     if not found.objects:

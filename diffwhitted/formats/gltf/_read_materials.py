@@ -90,9 +90,8 @@ def material_in(content: Content, stated: dict[str, Any], name: str, pictures: P
         coefficients |= {"k_h": facets * (exponent + 2) / 8, "phong_exponent": max(exponent, 0.01)}
         if metal > 0.5:
             lost.say(f"{{}} is rough metal (roughness {np.sqrt(alpha):.2g}): only its highlights are kept", what)
-    for key in ("metallicRoughnessTexture",):
-        if key in rough:
-            lost.say("the texture of metal and roughness of {} is lost", what)
+    if "metallicRoughnessTexture" in rough:
+        lost.say("the texture of metal and roughness of {} is lost", what)
     for key, said in (("normalTexture", "normals"), ("occlusionTexture", "occlusion"), ("emissiveTexture", "emission")):
         if key in stated:
             lost.say(f"the texture of {said} of {{}} is lost", what)

@@ -7,10 +7,8 @@ import numpy as np
 from ...scene import Mesh, SphereSet
 from .._many import mesh as triangles_of
 from .._numbers import plain, text
+from ._solids import INSIDE
 from ._words import place
-
-INSIDE = "<0.2672612,0.5345225,0.8017837>"
-"""A direction along which POV-Ray asks whether a point is inside of a closed mesh."""
 
 
 def mesh(thing: Mesh) -> str:
@@ -20,7 +18,7 @@ def mesh(thing: Mesh) -> str:
     parts = [_vectors("vertex_vectors", points)]
     parts += [] if normals is None else [_vectors("normal_vectors", normals)]
     parts.append(f"face_indices {{ {len(faces)}, {', '.join(f'<{a},{b},{c}>' for a, b, c in faces.tolist())} }}")
-    parts += [f"inside_vector {INSIDE}"] if thing.closed else []
+    parts += [INSIDE] if thing.closed else []
     return f"mesh2 {{ {' '.join(parts)}"
 
 
