@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from .._errors import SceneError, SceneNote
+from .._errors import SceneNote
 from ..scene import Camera, DirectionalLight, Material, Mesh, Precision, Scene
-from ..shapes import read_mesh
+from ..shapes import read_parts
 from ._format import SceneFormat
 from ._losses import Losses
 
@@ -31,28 +31,17 @@ GLASS = (4, 6, 7, 9)
 def parse_obj(data: bytes, source: str, precision: Precision) -> Scene:
     """The scene in an OBJ file, an object for each of its materials. Raises `SceneError` naming the file."""
     del data
-    import trimesh
-
     lost = Losses("OBJ")
-    # Read it once for the checks, and once more part by part.
-    read_mesh(source, source)
-    try:
-        found = trimesh.load(Path(source), process=False, maintain_order=True, group_material=True, split_object=False)
-    except Exception as error:  # trimesh raises whatever its parsers come across
-        raise SceneError(f"{source}: cannot be read as OBJ: {type(error).__name__}: {error}") from None
-    parts: list[Any] = list(found.dump()) if isinstance(found, trimesh.Scene) else [found]
+    parts = read_parts(source, source, group_material=True, split_object=False)
     objects, materials = [], {}
     for number, part in enumerate(parts, 1):
-        stated = getattr(part.visual, "material", None)
-        name = str(getattr(stated, "name", None) or PLAIN).replace(".", "_")
+        name = str(getattr(part.material, "name", None) or PLAIN).replace(".", "_")
         if name not in materials:
-            materials[name] = _material(getattr(stated, "kwargs", None) or {}, name, lost)
-            if getattr(stated, "image", None) is not None:
+            materials[name] = _material(getattr(part.material, "kwargs", None) or {}, name, lost)
+            if getattr(part.material, "image", None) is not None:
                 lost.say("the picture of {} is lost; state it as [[texture]] in a TOML scene", ("material", name))
-        normals = part._cache.cache.get("vertex_normals")
-        objects.append(
-            Mesh(f"{name}_{number}" if len(parts) > 1 else name, part.vertices, part.faces, name, normals=normals)
-        )
+        called = f"{name}_{number}" if len(parts) > 1 else name
+        objects.append(Mesh(called, part.vertices, part.faces, name, normals=part.normals))
     return _seen(objects, materials, lost, source, precision)
 
 

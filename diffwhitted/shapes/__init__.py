@@ -8,7 +8,7 @@ from ._ears import cut_into_triangles
 from ._frusta import Frusta
 from ._kinds import OBJECTS
 from ._mesh import Mesh
-from ._mesh_file import read_mesh
+from ._mesh_file import read_parts
 from ._object import AbstractObject
 from ._plane import Plane, Planes
 from ._polygon import Polygon, Polygons
@@ -23,5 +23,5 @@ from ._triangles import Triangles
 __all__ = [
     "AbstractObject", "Box", "Boxes", "Cone", "Cylinder", "Disc", "Discs", "Faces", "Frusta", "Mesh", "OBJECTS",
     "POSE", "Plane", "Planes", "Polygon", "Polygons", "Polyhedra", "Polyhedron", "Quadric", "Quadrics", "Sphere",
-    "SphereSet", "Spheres", "Tori", "Torus", "Triangles", "cut_into_triangles", "has_pose", "read_mesh",
+    "SphereSet", "Spheres", "Tori", "Torus", "Triangles", "cut_into_triangles", "has_pose", "read_parts",
 ]  # fmt: skip

@@ -1,7 +1,9 @@
 """Reading mesh files with trimesh: what is in them as plain arrays, or a clear error."""
 
 import struct
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,10 +16,38 @@ MOST_TRIANGLES = 20_000_000
 Arrays = tuple[np.ndarray, np.ndarray, np.ndarray | None, np.ndarray | None]
 
 
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Triangles of one material in a file: vertices (v, 3), triangles (f, 3), normals (v, 3) and texture coordinates
+    (v, 2) or None, and the material as trimesh has it.
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    normals: np.ndarray | None
+    uvs: np.ndarray | None
+    material: Any
+
+
 def read_mesh(path: str, place: str) -> Arrays:
     """Vertices (v, 3), triangles (f, 3), normals (v, 3) and texture coordinates (v, 2), those of the file or None.
 
     All parts of a file are joined, its transforms applied. Raises `SceneError` that begins with `place`.
+    """
+    parts = read_parts(path, place)
+    first = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    return (
+        np.concatenate([part.vertices for part in parts]),
+        np.concatenate([part.faces + start for part, start in zip(parts, first[:-1], strict=True)]),
+        _all_of([part.normals for part in parts]),
+        _all_of([part.uvs for part in parts]),
+    )
+
+
+def read_parts(path: str, place: str, **how: Any) -> list[Part]:
+    """The parts of a mesh file, each checked; `how`: options of trimesh's reader.
+
+    Raises `SceneError` that begins with `place`.
     """
     file = Path(path)
     if not file.is_file():
@@ -28,36 +58,27 @@ def read_mesh(path: str, place: str) -> Arrays:
     import trimesh
 
     try:
-        found = trimesh.load(file, process=False, maintain_order=True)
+        found = trimesh.load(file, process=False, maintain_order=True, **how)
         meshes = found.dump() if isinstance(found, trimesh.Scene) else [found]
-        meshes = [mesh for mesh in meshes if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
-        parts = [_parts(mesh) for mesh in meshes]
+        parts = [_part(mesh) for mesh in meshes if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
     except Exception as error:  # trimesh raises whatever its parsers come across
         raise SceneError(
             f"{place}: file = {path!r} cannot be read as {file.suffix[1:].upper()}: {type(error).__name__}: {error}"
         ) from None
     if not parts:
         raise SceneError(f"{place}: file = {path!r} holds no triangle; allowed is a mesh of one or more")
-    vertices, faces, normals, uvs = zip(*parts, strict=True)
-    first = np.cumsum([0, *map(len, vertices)])
-    for array in vertices:
-        if not np.isfinite(array).all():
-            raise SceneError(f"{place}: file = {path!r}: a vertex is not finite; export the mesh again")
-    return (
-        np.concatenate(vertices),
-        np.concatenate([part + start for part, start in zip(faces, first[:-1], strict=True)]),
-        _all_of(normals),
-        _all_of(uvs),
-    )
+    if not all(np.isfinite(part.vertices).all() for part in parts):
+        raise SceneError(f"{place}: file = {path!r}: a vertex is not finite; export the mesh again")
+    return parts
 
 
-def _parts(mesh) -> Arrays:
+def _part(mesh) -> Part:
     vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
     normals = mesh._cache.cache.get("vertex_normals")
     uvs = getattr(mesh.visual, "uv", None)
     normals = None if normals is None or len(normals) != len(vertices) else np.asarray(normals, np.float64)
     uvs = None if uvs is None or len(uvs) != len(vertices) else np.asarray(uvs, np.float64)[:, :2]
-    return vertices, faces, normals, uvs
+    return Part(vertices, faces, normals, uvs, getattr(mesh.visual, "material", None))
 
 
 def _all_of(parts) -> np.ndarray | None:
