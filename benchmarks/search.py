@@ -12,6 +12,7 @@ import numpy as np
 
 import diffwhitted
 from diffwhitted.accuracy._reference import rmse
+from diffwhitted.formats import with_files
 from diffwhitted.geometry import NOTHING, Departure, Ray, _compiled, nearest
 from diffwhitted.numerics._vector import vec3
 from diffwhitted.scene import tabulate
@@ -19,7 +20,7 @@ from diffwhitted.scene import tabulate
 from . import _povray
 from ._figures import Figure
 from ._fresh import peak_memory, run
-from ._many import bumpy, flake, mirror_ball
+from ._many import bumpy, mirror_ball
 from ._timing import Seconds, timed
 
 ROUNDS, RENDERS_A_ROUND = 5, 3
@@ -27,8 +28,8 @@ AIMED = 2_000_000
 
 
 def measure() -> list[Figure]:
-    small = _against_povray("sphereflake, 91 spheres, 512x512", flake(2), None)
-    large = _against_povray("sphereflake, 7381 spheres, 512x512", flake(4), 0.5)
+    small = _against_povray("sphereflake, 91 spheres, 512x512", diffwhitted.standard_scene("balls", 2), None)
+    large = _against_povray("sphereflake, 7381 spheres, 512x512", diffwhitted.standard_scene("balls", 4), 0.5)
     growth, theirs = _growth(large[0], small[0]), _growth(large[1], small[1]) if len(large) > 1 else None
     said = f"POV-Ray's {theirs:.3g}" if theirs else _povray.MISSING
     found = [*small, *large, Figure("time of 7381 spheres / of 91", growth, "", 2.3, said)]
@@ -116,17 +117,11 @@ def _closed() -> list[Figure]:
 
 def _built() -> list[Figure]:
     """A mesh of 1.3 million triangles: read, made, planned and its tree built, and the most memory until then."""
-    vertices, faces = bumpy(8)
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "ball.ply"
-        head = (
-            f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n"
-            "property float x\nproperty float y\nproperty float z\n"
-            f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
-        )
-        table = np.zeros(len(faces), [("count", "u1"), ("corners", "<i4", 3)])
-        table["count"], table["corners"] = 3, faces
-        file.write_bytes(head.encode() + vertices.astype("<f4").tobytes() + table.tobytes())
+        mesh, paint = diffwhitted.Mesh("ball", *bumpy(8), "m"), {"m": diffwhitted.Material()}
+        _, beside = with_files(diffwhitted.Scene(objects=[mesh], materials=paint), Path(folder) / "ball.toml")
+        ((file, data),) = beside.items()
+        file.write_bytes(data)
         begun = time.perf_counter()
         scene = diffwhitted.Scene(
             objects=[diffwhitted.Mesh("ball", material="m", file=str(file))],

@@ -75,11 +75,6 @@ class Cone(AbstractObject):
     def ball(self) -> tuple[np.ndarray, float]:
         return ball_of_ends(self.base, self.top, max(float(self.base_radius), float(self.top_radius)))
 
-    def holds(self, place) -> bool:
-        middle, radius = self.ball()
-        near = self.capped and float(np.linalg.norm(middle - np.asarray(place, np.float64))) <= radius
-        return near and super().holds(place)
-
 
 def frusta(base, top, base_radius, top_radius, capped) -> Frusta:
     """The family by ends and radii; differentiable."""

@@ -82,11 +82,6 @@ class Cylinder(AbstractObject):
     def ball(self) -> tuple[np.ndarray, float]:
         return ball_of_ends(self.base, self.top, float(self.radius))
 
-    def holds(self, place) -> bool:
-        middle, radius = self.ball()
-        near = self.capped and float(np.linalg.norm(middle - np.asarray(place, np.float64))) <= radius
-        return near and super().holds(place)
-
 
 def _one_radius(radius, base_radius, top_radius, place: str):
     """The radius, from whichever way it is stated."""

@@ -154,7 +154,10 @@ class AbstractObject(eqx.Module):
         return None
 
     def holds(self, place) -> bool:
-        """Is the point (3,) inside the volume that it bounds?"""
+        """Is the point (3,) inside the volume that it bounds? Outside of its bounding sphere no one needs to ask."""
+        middle, radius = self.ball()
+        if np.linalg.norm(middle - np.asarray(place, np.float64)) > radius:
+            return False
         x, y, z = (jnp.asarray([c], float) for c in np.asarray(place, np.float64))
         return bool(self.alone().contains(Vec3(x, y, z))[0])
 
