@@ -34,7 +34,7 @@ from ._parameters import (
 )
 from ._scene import Precision, Scene, ShadowModel, TotalReflection, check_footprint, float_dtype
 from ._sheets import Sheet, shared_sheets
-from ._shot import TEXTS, PixelFilter, Shot
+from ._shot import TEXTS, PixelFilter, Shot, from_middle
 from ._tables import Marks, Tables, marks_of, material_names, numbered_objects, tabulate, texture_names
 from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground, GradientBackground
 from .cameras import CAMERAS, VIEW, AbstractCamera, Camera, OrthographicCamera
@@ -49,8 +49,8 @@ __all__ = [
     "Plane", "PointLight", "Polygon", "Polyhedron", "Precision", "Quadric", "Row", "Scene", "ShadowModel", "Sheet",
     "Shot", "Sphere", "SphereSet", "TEXTS", "TEXTURES", "Tables", "Torus", "TotalReflection", "VIEW",
     "WITHOUT_NAME", "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter",
-    "float_dtype", "including_coefficient", "is_traced", "marks_of", "material_names", "near", "nearest_name",
-    "numbered_objects", "parameter_value", "parameters", "replace_coefficient", "replace_parameter",
+    "float_dtype", "from_middle", "including_coefficient", "is_traced", "marks_of", "material_names", "near",
+    "nearest_name", "numbered_objects", "parameter_value", "parameters", "replace_coefficient", "replace_parameter",
     "shared_sheets", "shortest", "tabulate", "texture_names", "textured_rows", "whole_number", "ImageTexture",
     "TexturePoint", "maps",
 ]  # fmt: skip

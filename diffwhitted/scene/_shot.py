@@ -129,6 +129,10 @@ class Shot(eqx.Module):
             light = light + light * (1 - light) * (c1 + light * (c2 + light * c3))
         return light
 
+    def burns(self, light: str | None) -> bool:
+        """Does the light of that name burn in it?"""
+        return self.lights is None or light in self.lights
+
     @property
     def is_plain(self) -> bool:
         """Does it show light times a factor and plus a level, and no more?"""
@@ -162,3 +166,11 @@ def _noise(noise, place: str):
     if not 1 <= len(values) <= 2 or not all(isfinite(v) and v >= 0 for v in values) or not any(values):
         raise SceneError(f"{place}: noise = {noise!r}; {allowed}")
     return values if len(values) == 2 else values[0]
+
+
+def from_middle(column, row, width: int, height: int):
+    """How far places of a picture, in pixels from its top left corner, are across and down from its middle, in halves
+    of its diagonal: as `Shot.shown` wants them.
+    """
+    half = 0.5 * (width**2 + height**2) ** 0.5
+    return (column - width / 2) / half, (row - height / 2) / half

@@ -73,23 +73,12 @@ def parameter_rows(scene: Scene, pattern: str | None = None, depth: int | None =
         unknowns = list_unknowns(scene, [parameter.name])
         values = values_in(scene, unknowns, scene)
         value = np.asarray(parameter.value(scene))
-        rows.append(
-            {
-                "name": parameter.name,
-                "meaning": parameter.row.meaning,
-                "value": np.vectorize(shortest, otypes=[object])(value).tolist(),
-                "unit": parameter.row.unit,
-                "allowed": parameter.row.allowed(),
-                "scale": parameter.row.scale,
-                "moves": parameter.row.moves,
-                "seen": why is None,
-                "why_not": why,
-                "unknowns": [
-                    {"name": u.name, "start": float(start), "unit": u.unit, "bounds": list(u.bounds)}
-                    for u, start in zip(unknowns, values, strict=True)
-                ],
-            }
-        )
+        held = {"value": np.vectorize(shortest, otypes=[object])(value).tolist()}
+        sought = [
+            {"name": u.name, "start": float(start), "unit": u.unit, "bounds": list(u.bounds)}
+            for u, start in zip(unknowns, values, strict=True)
+        ]
+        rows.append(_row(parameter, held, why, sought))
     return rows
 
 
@@ -98,18 +87,23 @@ def _map_row(scene: Scene, parameter: Parameter, why: str | None) -> dict[str, A
     from diffwhitted.records import shortest
 
     texels = parameter.value(scene)
+    held = {"shape": list(texels.shape), "ends": [shortest(texels.min()), shortest(texels.max())]}
+    return _row(parameter, held, why, [])
+
+
+def _row(parameter: Parameter, held: dict[str, Any], why: str | None, unknowns: list) -> dict[str, Any]:
+    """What is said of every parameter, with what it holds."""
     return {
         "name": parameter.name,
         "meaning": parameter.row.meaning,
-        "shape": list(texels.shape),
-        "ends": [shortest(texels.min()), shortest(texels.max())],
+        **held,
         "unit": parameter.row.unit,
         "allowed": parameter.row.allowed(),
         "scale": parameter.row.scale,
         "moves": parameter.row.moves,
         "seen": why is None,
         "why_not": why,
-        "unknowns": [],
+        "unknowns": unknowns,
     }
 
 

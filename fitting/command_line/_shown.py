@@ -32,8 +32,7 @@ def shot_of(scene: Scene, name: str) -> tuple[Scene, Shot, str]:
         there = ", ".join(shots) or "none at all; add a [[shot]]"
         raise InputError(f"--shot {name}: there is no such shot; there is {there}.{nearest_name(name, shots)}")
     shot = shots[name]
-    if shot.lights is not None:
-        scene = changed(scene, lights=tuple(light for light in scene.lights if light.name in shot.lights))
+    scene = changed(scene, lights=tuple(light for light in scene.lights if shot.burns(light.name)))
     return scene, shot, chosen_camera(scene, shot.camera)[0]
 
 
@@ -45,15 +44,12 @@ def as_shown(pixels: np.ndarray, shot: Shot, codes: bool) -> np.ndarray:
     import numpy as np
 
     from diffwhitted.image import decode_signal, encode_signal
+    from diffwhitted.scene import from_middle
 
     height, width = pixels.shape[:2]
-    half = 0.5 * (width**2 + height**2) ** 0.5
-    down, across = (
-        (place + 0.5 - size / 2) / half
-        for place, size in zip(np.indices((height, width)), (height, width), strict=True)
-    )
+    row, column = np.indices((height, width)).reshape(2, -1) + 0.5
     light = jnp.asarray(pixels.reshape(-1, 3).T)
-    shown = shot.shown(light, jnp.asarray(across.ravel(), light.dtype), jnp.asarray(down.ravel(), light.dtype))
+    shown = shot.shown(light, *(jnp.asarray(p, light.dtype) for p in from_middle(column, row, width, height)))
     shown = np.asarray(shown, pixels.dtype).T.reshape(pixels.shape)
     if codes and shot.encoding not in (None, "srgb"):
         shown = decode_signal(np.clip(encode_signal(shown, shot.encoding), 0, 1), "srgb").astype(pixels.dtype)

@@ -101,7 +101,7 @@ def _moved(scene: Scene, targets, family: str, name: str, unknowns) -> Movable:
     def seen(target: CheckedTarget) -> bool:
         if family == "camera":
             return target.camera == name
-        return target.shot.lights is None or name in target.shot.lights
+        return target.shot.burns(name)
 
     mine = tuple(t for t in targets if seen(t))
     if not mine:

@@ -15,7 +15,7 @@ from jaxtyping import Array, Float
 from diffwhitted.image import dealt, gathered
 from diffwhitted.numerics._workers import side_by_side
 from diffwhitted.records import changed
-from diffwhitted.scene import AbstractCamera, Marks, Scene, Shot, marks_of, near, tabulate
+from diffwhitted.scene import AbstractCamera, Marks, Scene, Shot, from_middle, marks_of, near, tabulate
 from diffwhitted.tree import Plan, Record, Samples, grid, likely_room, make_plan, record, replay
 
 from ._target import CheckedTarget
@@ -40,10 +40,8 @@ class MapPart(eqx.Module):
     def shown(self, texels: Float[Array, "height width 3"], forward: bool = True) -> Float[Array, "3 pixels"]:
         """What the shot shows of the light."""
         light = replay(self.tables(texels), self.camera, self.trees, self.plan, self.samples, forward=forward)
-        width, height = self.plan.picture
-        half = 0.5 * (width**2 + height**2) ** 0.5
-        across, down = (self.samples.column - width / 2) / half, (self.samples.row - height / 2) / half
-        return self.shot.shown(light.stacked(axis=0), across, down)
+        places = from_middle(self.samples.column, self.samples.row, *self.plan.picture)
+        return self.shot.shown(light.stacked(axis=0), *places)
 
     def tables(self, texels):
         textures = self.scene.textures
@@ -56,7 +54,7 @@ class MapView:
 
     def __init__(self, scene: Scene, texture: str, target: CheckedTarget, footprint: int, max_depth: int | None):
         shot = target.shot
-        lights = tuple(light for light in scene.lights if shot.lights is None or light.name in shot.lights)
+        lights = tuple(light for light in scene.lights if shot.burns(light.name))
         # Names are static in a program, and no part of this one.
         bare = changed(scene, lights=lights, shots=(), cameras={})
         bare, camera = near(bare, scene.cameras[target.camera])

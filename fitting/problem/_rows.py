@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from diffwhitted.numerics._kept import kept
-from diffwhitted.scene import Scene
+from diffwhitted.scene import Scene, from_middle
 from diffwhitted.tree import Record, record, replay
 
 from ._unknowns import Unknown, insert
@@ -42,9 +42,7 @@ def picture_rows(shots: Scene, unknowns: tuple[Unknown, ...], values: Float[Arra
     """The rows [J r] of a part, (m + s + 1, 3, pixels), and what its shot shows of its light `seen`, whose derivatives
     are `columns`.
     """
-    width, height = part.plan.picture
-    half = 0.5 * (width**2 + height**2) ** 0.5
-    across, down = (part.column + 0.5 - width / 2) / half, (part.row + 0.5 - height / 2) / half
+    across, down = from_middle(part.column + 0.5, part.row + 0.5, *part.plan.picture)
     free = part.sight.free_shot
 
     def shown(values, light):

@@ -58,7 +58,7 @@ def best_lamps(
     looks = [_Look.of(scene, target) for target in targets]
     for lamp in lamps:
         name = scene.lights[lamp.number].name
-        mine = [k for k, t in enumerate(targets) if t.shot.lights is None or name in t.shot.lights]
+        mine = [k for k, t in enumerate(targets) if t.shot.burns(name)]
         part = replace(problem, views=tuple(views[k] for k in mine))
         best, least = values, CLEARLY * _left(part, values, lamp)
         for candidate in _candidates(scene, lamp, [looks[k] for k in mine], values, problem.unknowns):

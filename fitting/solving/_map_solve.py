@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, cg
 
 from ..judging._banded import Banded
 from ..judging._map_rows import WAYS, MapRows, map_rows
@@ -149,24 +150,14 @@ def _preconditioned(factors, gradient: Texels) -> Texels:
 
 
 def _conjugate_gradients(product: Callable, preconditioned: Callable, right: Texels) -> Texels:
-    """Hestenes and Stiefel (1952), with a preconditioner."""
-    solution, residual = np.zeros_like(right), right
-    close = preconditioned(residual)
-    way, size = close, float((residual * close).sum())
-    first = size
-    for _ in range(MOST_PRODUCTS):
-        if size <= CLOSE**2 * first:
-            break
-        along = product(way)
-        curvature = float((way * along).sum())
-        if curvature <= 0:
-            break
-        solution = solution + size / curvature * way
-        residual = residual - size / curvature * along
-        close = preconditioned(residual)
-        size, before = float((residual * close).sum()), size
-        way = close + size / before * way
-    return solution
+    """Hestenes and Stiefel (1952), with a preconditioner; as far as it comes in so many products."""
+
+    def of_texels(fun: Callable) -> LinearOperator:
+        flat = (right.size, right.size)
+        return LinearOperator(flat, matvec=lambda way: fun(way.reshape(right.shape)).ravel(), dtype=right.dtype)  # pyright: ignore[reportCallIssue]
+
+    found, _ = cg(of_texels(product), right.ravel(), rtol=CLOSE, maxiter=MOST_PRODUCTS, M=of_texels(preconditioned))
+    return found.reshape(right.shape)
 
 
 def _loss(views, pictures) -> float:
