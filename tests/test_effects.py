@@ -75,17 +75,28 @@ ROOM = Variant(
 )  # one colour in every direction
 MIRRORING = Variant(free=("paint.k_s",))
 GLASSY = Variant(free=("paint.k_t",))
+SHINY = Variant(free=("paint.k_h",))
+UNSEEN = Variant(radius=1e-6, free=("paint.k_s",))  # the ball is between two pixels, whatever it is made of
 SHADED = Variant(free=("paint.k_t",), shadows="opaque")
 
 PAIRS = {
     "ambient": (BARE, Variant(free=("paint.k_a",))),
     "diffuse": (UNLIT, dataclasses.replace(UNLIT, free=("paint.k_d",))),
     "highlight": (BARE, Variant(free=("paint.k_h",))),
+    "polished": (UNSEEN, Variant(ball=(("class", "polished"), ("k_d", 0.5)), radius=1e-6)),
+    "fresnel_highlight": (
+        SHINY,
+        dataclasses.replace(SHINY, ball=(*BARE.ball, ("fresnel", "exact"), ("fresnel_highlight", True))),
+    ),
     "shadows": (BARE, Variant(shadows="opaque")),
     "tinted_shadows": (SHADED, dataclasses.replace(SHADED, shadows="tinted")),
     "reflection": (BARE, MIRRORING),
     "refraction": (BARE, GLASSY),
     "total_internal_reflection": (GLASSY, Variant(free=("paint.k_t", "paint.refractive_index"))),
+    "fresnel_exact": (MIRRORING, dataclasses.replace(MIRRORING, ball=(*BARE.ball, ("fresnel", "exact")))),
+    "fresnel_schlick": (MIRRORING, dataclasses.replace(MIRRORING, ball=(*BARE.ball, ("fresnel", "schlick")))),
+    "fresnel_metal": (UNSEEN, dataclasses.replace(UNSEEN, ball=(("class", "metal"), ("k_s", 0.5), ("k_h", 0.0)))),
+    "absorption": (GLASSY, Variant(free=("paint.k_t", "paint.extinction"))),
     "nested_media": (GLASSY, Variant(free=("paint.k_t", "plain.k_t"))),
     "shared_surfaces": (GLASSY, dataclasses.replace(GLASSY, twin=True)),
     "textures": (BARE, Variant(floor=(*BARE.floor, ("k_d_texture", "white")))),

@@ -36,6 +36,7 @@ def glass_over_tiles():
                 k_t=(0.7, 0.6, 0.65),
                 phong_exponent=20,
                 refractive_index=1.4,
+                extinction=(0.1, 0.2, 0.4),
                 highlight="reflected",
             ),
             "floor": dw.Material(
@@ -70,9 +71,17 @@ def glass_in_water():
             dw.Polygon("sheet", [(1, -2, -2), (4, -2, 0), (4, 2, 0), (1, 2, -2)], "sheet"),
         ],
         materials={
-            "water": dw.Material(k_d=0.1, k_s=(0.2, 0.1, 0.1), k_t=0.8, phong_exponent=30, refractive_index=1.33),
+            "water": dw.Material(
+                k_d=0.1, k_s=(0.2, 0.1, 0.1), k_t=0.8, phong_exponent=30, refractive_index=1.33, extinction=0.2
+            ),
             "glass": dw.Material(
-                k_a=0.1, k_d=(0.2, 0.1, 0.3), k_s=0.1, k_t=(0.7, 0.8, 0.6), phong_exponent=8, refractive_index=1.6
+                k_a=0.1,
+                k_d=(0.2, 0.1, 0.3),
+                k_s=0.1,
+                k_t=(0.7, 0.8, 0.6),
+                phong_exponent=8,
+                refractive_index=1.6,
+                extinction=(0.3, 0.1, 0.2),
             ),
             "sheet": dw.Material(k_d=0.3, k_h=0.5, k_s=0.6, phong_exponent=50, highlight="off"),
         },
@@ -92,7 +101,7 @@ STEP = {"phong_exponent": 1e-3, "refractive_index": 1e-6}
 """Of the central difference, otherwise 1e-4. It is exact for what is linear (k_a, k_d, k_h), and off by step**2 for
 products of k_s and k_t and for the exponent; the index needs a small one, or many rays cross an edge."""
 
-TOLERANCE = {"phong_exponent": 1e-7, "refractive_index": 1e-4}
+TOLERANCE = {"phong_exponent": 1e-7, "extinction": 1e-7, "refractive_index": 1e-4}
 """Of the derivative, relative to its largest value, otherwise 1e-8: the rounding of a pixel, 1e-15, over the step."""
 
 MUST_BE_ZERO = {
@@ -100,11 +109,13 @@ MUST_BE_ZERO = {
         "spare.*": "no object is made of it",
         "hidden.*": "it stands behind the camera and no ray comes by",
         "floor.refractive_index": "no light passes through the floor",
+        "floor.extinction": "no light passes through the floor",
     },
     "glass in water": {
         "sheet.k_h": "the highlight is off",
         "sheet.phong_exponent": "the highlight is off",
         "sheet.refractive_index": "no light passes through the sheet",
+        "sheet.extinction": "no light passes through the sheet",
     },
 }
 

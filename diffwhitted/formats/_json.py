@@ -37,7 +37,10 @@ def json_numbers(scene: Scene, source: str) -> Written:
         "background": {"type": scene.background.written_type(), **_words(scene.background)},
         "materials": {
             name: {
+                "class": material.class_,
                 "highlight": material.highlight,
+                "fresnel": material.fresnel,
+                "fresnel_highlight": material.fresnel_highlight,
                 "textures": dict(material.textures),
                 "k_h_is_k_s": material.values["k_h"] is None,
             }

@@ -5,6 +5,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from ..geometry import Footprint
 from ..numerics._vector import Vec3, dot
+from ..optics import refraction_radicand, sine_squared
 
 
 class SurfacePoint(eqx.Module):
@@ -24,6 +25,8 @@ class SurfacePoint(eqx.Module):
     entering: Bool[Array, "n"]
     """It came from the outer side."""
     material: Int[Array, "n"]
+    models: dict[str, Int[Array, "n"]]
+    """What its material has chosen, by the name of the choice (see `Tables.models`)."""
     coefficients: dict[str, Vec3 | Float[Array, "n"]]
     """By name, with their textures applied."""
     index_here: Float[Array, "n"] | None
@@ -36,6 +39,14 @@ class SurfacePoint(eqx.Module):
     """The normal changes by this times a small step along the surface; None for points."""
     uv: tuple[Float[Array, "n"], Float[Array, "n"]] | None = None
     """Texture coordinates that the object brings along; None where no shape of the scene has any."""
+    mean_radicand: Float[Array, "n"] | None = None
+    """Of cos_r**2 over the part of a pixel that lies before the rim of total reflection; None: that of the point."""
+
+    def colour(self, name: str) -> Vec3:
+        """A coefficient that is linear RGB."""
+        found = self.coefficients[name]
+        assert isinstance(found, Vec3)
+        return found
 
     @property
     def cosine(self) -> Float[Array, "n"]:
@@ -46,3 +57,11 @@ class SurfacePoint(eqx.Module):
     def eta(self) -> Float[Array, "n"]:
         """Index on the ray's side over the index on the far side."""
         return self.index_here / self.index_beyond
+
+    @property
+    def radicand(self) -> Float[Array, "n"]:
+        """cos_r**2, negative at total internal reflection."""
+        if self.mean_radicand is not None:
+            return self.mean_radicand
+        eta = self.eta
+        return refraction_radicand(self.cosine, eta, sine_squared(self.incoming, self.shading_normal, eta))

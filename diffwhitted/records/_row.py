@@ -78,6 +78,8 @@ class Row:
     about: str = ""
     """Of a turn: the key of the point from which the direction goes to this one. Of a roll: two keys, "FROM TO", of the
     points between which the axis runs."""
+    textured: bool = True
+    """Of what may be a colour: may a texture multiply it?"""
     parts: tuple[str, ...] = ()
     """Names of its numbers, where r, g, b of a colour or x, y, z of a vector do not fit. Of the kind "numbers": one for
     each of them."""

@@ -8,6 +8,9 @@ light and lamps can do. A convex surface that a ray leaves is not what it meets 
 it, and what lies apart from a solid is never met from within it. Where total internal reflection is
 possible the reflected side may pass on everything in place of k_s and k_t. From outside a sphere that stands alone it
 is not: a ray that was refracted into it meets its surface at the same angle from within.
+
+Where the weights hang on the angle (Fresnel), those of each angle are a mean of two pairs in place of (k_s, k_t): the
+sum of both branches is at most the larger of what the pairs bring. What glass absorbs is not taken off.
 """
 
 from dataclasses import dataclass
@@ -18,8 +21,10 @@ import numpy as np
 from ..numerics._vector import vec3
 from ..scene import DEEPEST, AbstractCamera, Scene, numbered_objects
 from ..shapes import AbstractObject
-from ..tree import Beyond, Plan, effect_rows
+from ..tree import Beyond, Passed, Plan, effect_rows
 
+MOST_EXTREMES = 2
+"""So many pairs of weights a material has."""
 MOST_PAIRS = 2048
 """Of more objects than that, it is not asked which pairs lie apart: any may meet any."""
 
@@ -38,16 +43,19 @@ def radiance_bounds(scene: Scene, camera: AbstractCamera, plan: Plan) -> np.ndar
     Of trees of up to `DEEPEST` levels. Infinite where a kind of light, texture, background or effect states no bound.
     """
     objects = numbered_objects(scene)
-    if any(row.weighs is not None and row.name in plan.effects for row in effect_rows()):
+    if any(row.weighs is not None and row.extremes is None and row.name in plan.effects for row in effect_rows()):
         return np.full((2, len(objects), 3), np.inf)
     background = np.asarray(scene.background.brightest())
     # Bound what each object sends back itself, seen from outside and from within, and what its branches pass on.
     bodies = _Bodies.of(objects)
     by_material = {name: _Material.of(scene, name, plan) for name in {thing.material for thing in objects}}
     made_of = [by_material[thing.material] for thing in objects]
-    local, ambient, k_s, k_t = (
-        np.stack([getattr(m, field) for m in made_of]) for field in ("local", "ambient", "k_s", "k_t")
+    local, ambient, all_of_it = (
+        np.stack([getattr(m, field) for m in made_of]) for field in ("local", "ambient", "total")
     )
+    # For each pair of weights that a material may have, that of the mirror ray and that of the transmitted one.
+    pairs = [np.stack([np.stack(m.pairs[k]) for m in made_of], 1) for k in range(MOST_EXTREMES)]
+    k_t = np.max([through for _, through in pairs], axis=0)
     dark = bodies.convex & (scene.shadows == "opaque")
     for light in scene.lights:
         dark = dark & bodies.outside_of(light)
@@ -56,13 +64,13 @@ def radiance_bounds(scene: Scene, camera: AbstractCamera, plan: Plan) -> np.ndar
     near, others = bodies.near(), ~np.diag(bodies.once)
     alone = bodies.round & ~(near & others).any(axis=1) & ~bodies.holding(*camera.starts())
     everything = plan.effects.total_internal_reflection and plan.total_reflection_is_full
-    total = (everything & k_t.any(axis=1) & ~alone)[:, None]
+    total = np.where((everything & k_t.any(axis=1) & ~alone)[:, None], all_of_it, 0)
     # Let the bounds grow level by level.
     solid, out, into = bodies.convex, np.zeros_like(local), np.zeros_like(local)
     with np.errstate(invalid="ignore"):
         for _ in range(DEEPEST):
-            from_outside = local + np.maximum(_passed(k_s, out) + _passed(k_t, into), _passed(total, out))
-            from_inside = within + np.maximum(_passed(k_s, into) + _passed(k_t, out), _passed(total, into))
+            from_outside = local + np.maximum(_split(pairs, out, into), _passed(total, out))
+            from_inside = within + np.maximum(_split(pairs, into, out), _passed(total, into))
             either = np.maximum(from_outside, from_inside)
             met = np.where((near | ~solid[None])[..., None], either[None], from_outside[None])
             outwards = np.maximum(background, _most(met, others))
@@ -74,6 +82,11 @@ def radiance_bounds(scene: Scene, camera: AbstractCamera, plan: Plan) -> np.ndar
 def _passed(weight: np.ndarray, light: np.ndarray | float) -> np.ndarray:
     """What a branch brings at most; nothing where it weighs nothing, be the light infinite."""
     return np.where(weight > 0, weight * light, 0.0)
+
+
+def _split(pairs, back: np.ndarray, on: np.ndarray) -> np.ndarray:
+    """What both branches bring at most, of the pair of weights that brings most."""
+    return np.max([_passed(mirrored, back) + _passed(through, on) for mirrored, through in pairs], axis=0)
 
 
 def _most(met: np.ndarray, possible: np.ndarray) -> np.ndarray:
@@ -89,18 +102,19 @@ class _Material:
     """Light of its own: ambient light, lamps, and what effects add."""
     ambient: np.ndarray
     """The same without lamps."""
-    k_s: np.ndarray
-    k_t: np.ndarray
+    pairs: tuple[Passed, ...]
+    """Weights of the mirror ray and of the transmitted one, of which those of each angle are a mean."""
+    total: np.ndarray
+    """What total internal reflection carries."""
 
     @classmethod
     def of(cls, scene: Scene, name: str, plan: Plan) -> "_Material":
         m = scene.materials[name]
-        textures = dict(m.textures)
 
         def most(coefficient: str) -> np.ndarray:
             value = np.broadcast_to(np.asarray(m.at_work(coefficient), np.float64), 3)
-            pattern = scene.textures[textures[coefficient]].brightest() if coefficient in textures else 1.0
-            return _passed(value, pattern)
+            worn = m.texture_at_work(coefficient)
+            return _passed(value, 1.0 if worn is None else scene.textures[worn].brightest())
 
         added = [
             np.full(3, np.inf) if row.brightest is None else row.brightest(scene, name)
@@ -108,9 +122,19 @@ class _Material:
             if row.adds is not None and row.name in plan.effects
         ]
         lamps = sum((light.brightest() for light in scene.lights), np.zeros(3))
-        ambient = _passed(most("k_a"), np.asarray(scene.ambient, np.float64)) + sum(added, np.zeros(3))
-        back = most("k_d") + (0.0 if m.highlight == "off" else most("k_h"))
-        return cls(ambient + _passed(back, lamps), ambient, most("k_s"), most("k_t"))
+        at_most = {name: most(name) for name in ("k_a", "k_d", "k_h", "k_s", "k_t")}
+        for row in effect_rows():
+            if row.name in plan.effects:
+                at_most = row.most(scene, name, at_most)
+        ambient = _passed(at_most["k_a"], np.asarray(scene.ambient, np.float64)) + sum(added, np.zeros(3))
+        back = at_most["k_d"] + (0.0 if m.highlight == "off" else at_most["k_h"])
+        # Find how the branches are weighed, and what total reflection carries.
+        k_s, k_t = at_most["k_s"], at_most["k_t"]
+        pairs, total = ((k_s, k_t),) * MOST_EXTREMES, np.ones(3)
+        for row in effect_rows():
+            if row.extremes is not None and row.extremes[0] == m.fresnel_model and row.name in plan.effects:
+                pairs, total = row.extremes[1](k_s, k_t), np.maximum(k_s + k_t - k_s * k_t, 0)
+        return cls(ambient + _passed(back, lamps), ambient, pairs, total)
 
 
 @dataclass(frozen=True)

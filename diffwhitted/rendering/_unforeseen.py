@@ -58,7 +58,8 @@ def _called_for(scene: Scene, plan: Plan) -> dict[str, Bool[Array, ""] | bool]:
         if row.coefficients
     }
     return added | {
-        "ambient": _any(m.k_a for m in used) & _positive(scene.ambient),
+        "absorption": reduce(jnp.logical_or, map(_absorbs, used), jnp.bool_(False)) & deep,
+        "ambient": _any(m.at_work("k_a") for m in used) & _positive(scene.ambient),
         "diffuse": _any(m.k_d for m in used) & lit,
         "highlight": _any(m.highlight_coefficient() for m in used if m.highlight != "off") & lit,
         "reflection": _any(m.k_s for m in used) & deep,
@@ -69,6 +70,10 @@ def _called_for(scene: Scene, plan: Plan) -> dict[str, Bool[Array, ""] | bool]:
         "textures": _any(m.at_work(name) for m in used for name, _ in m.textures),
         "cutoff": _positive(scene.cutoff) & plan.effects.branching,
     }
+
+
+def _absorbs(material: Material) -> Bool[Array, ""]:
+    return _positive(material.k_t) & _positive(material.extinction)
 
 
 def _positive(value) -> Bool[Array, ""]:

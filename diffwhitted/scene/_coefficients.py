@@ -27,6 +27,9 @@ COEFFICIENTS: tuple[Row, ...] = (
         highest=1000.0, fit_bounds=(1.001, 4.0), scale="log-excess", moves="rays", source="Hearn and Baker (14-50)",
         below="For a bubble put a sphere of index 1 inside the glass; to look at air from under water put the camera "
         "inside the water"),
+    Row("extinction", "number or colour", "light is multiplied by exp(-extinction d) on d metres inside", unit="1/m",
+        symbol="a", default=0.0, lowest=0.0, highest=inf, fit_bounds=(0.0, 1000.0), textured=False,
+        source="Parker et al. 3.1"),
 )  # fmt: skip
 """The coefficients that the package has."""
 

@@ -1,16 +1,21 @@
 """What a surface is made of."""
 
+from collections.abc import Callable, Mapping
 from typing import Any, Literal, get_args
 
 import equinox as eqx
+import numpy as np
 from jaxtyping import Array, Float
 
 from .._errors import SceneError
-from ..records import number_array, require
+from ..records import is_traced, listed, nearest_name, number_array, require
+from ._classes import CLASS_NAMES, FRESNEL, MaterialClass, class_row
 from ._coefficients import BY_NAME, coefficients
 
 HighlightModel = Literal["halfway", "reflected", "off"]
 HIGHLIGHTS: tuple[str, ...] = get_args(HighlightModel)
+FRESNEL_MODELS = (*FRESNEL, "metal")
+"""What the weights of branches do with the angle: `fresnel`, and "metal" for Schlick's polynomial of a colour."""
 TEXTURE = "_texture"
 """COEFFICIENT_texture names the texture that multiplies a coefficient."""
 
@@ -20,7 +25,10 @@ class Material(eqx.Module):
 
     Its coefficients are attributes (`material.k_d`), and so are the names of their textures (`material.k_d_texture`,
     None without one). A k_h that is None follows k_s, also through a derivative. The table of units, bounds and
-    sources is `diffwhitted.COEFFICIENTS`. Raises `SceneError` for a value outside its interval.
+    sources is `diffwhitted.COEFFICIENTS`. `class_` (in files `class`) is one of "whitted", "diffuse", "metal",
+    "dielectric" and "polished" (Parker et al. 3.1); `fresnel` is "exact", "schlick" or "off", by default as the class
+    has it; `fresnel_highlight` multiplies the highlight by the same reflectance. Raises `SceneError` for a value
+    outside its interval and for a coefficient that the class does not have.
     """
 
     values: dict[str, Float[Array, ""] | Float[Array, "3"] | None]
@@ -28,18 +36,35 @@ class Material(eqx.Module):
     highlight: HighlightModel = eqx.field(static=True)
     textures: tuple[tuple[str, str], ...] = eqx.field(static=True)
     """(coefficient, name of its texture), of those that have one."""
+    class_: str = eqx.field(static=True)
+    fresnel: str = eqx.field(static=True)
+    fresnel_highlight: bool = eqx.field(static=True)
 
-    def __init__(self, *, highlight: HighlightModel = "halfway", place: str = "material", **stated):
+    def __init__(
+        self,
+        *,
+        highlight: HighlightModel = "halfway",
+        class_: str = CLASS_NAMES[0],
+        fresnel: str | None = None,
+        fresnel_highlight: bool = False,
+        place: str = "material",
+        **stated,
+    ):
+        self.class_ = _class(stated.pop("class", class_), place)
         textures = {key: stated.pop(key) for key in list(stated) if key.endswith(TEXTURE) and key not in BY_NAME}
         unknown = sorted({*stated} - {*BY_NAME}) + sorted({*textures} - {row.name + TEXTURE for row in textured_rows()})
         if unknown:
             raise TypeError(f"{place}: unknown coefficient {unknown[0]!r}; there are {', '.join(BY_NAME)}")
-        values = {row.name: stated.get(row.name, row.default) for row in coefficients()}
+        _check_stated(self.kind, [*stated, *textures], place)
+        values = {name: stated.get(name, default) for name, default in _defaults(self.kind).items()}
         self.values = {name: None if value is None else checked(name, value, place) for name, value in values.items()}
         if highlight not in HIGHLIGHTS:
             raise SceneError(f"{place}: highlight = {highlight!r}; allowed is {', '.join(HIGHLIGHTS)}")
         self.highlight = highlight
+        self.fresnel = _fresnel(self.kind, fresnel, place)
+        self.fresnel_highlight = _fresnel_highlight(self.kind, self.fresnel, fresnel_highlight, place)
         self.textures = tuple((key.removesuffix(TEXTURE), name) for key, name in textures.items() if name is not None)
+        check_coat(self, place)
 
     def __getattr__(self, name: str):
         values = object.__getattribute__(self, "__dict__").get("values", {})
@@ -47,20 +72,61 @@ class Material(eqx.Module):
             return values[name]
         if name.endswith(TEXTURE) and name.removesuffix(TEXTURE) in values:
             return dict(self.textures).get(name.removesuffix(TEXTURE))
+        if name == "class":
+            return self.class_
         raise AttributeError(f"a material has no {name!r}; there are {', '.join(values)}")
+
+    @property
+    def kind(self) -> MaterialClass:
+        """The row of its class."""
+        return class_row(self.class_)
+
+    @property
+    def fresnel_model(self) -> str:
+        """One of `FRESNEL_MODELS`."""
+        return "metal" if self.class_ == "metal" and self.fresnel != "off" else self.fresnel
+
+    def has(self, name: str) -> bool:
+        """Does its class have the coefficient?"""
+        return self.kind.stated(name)
+
+    def left_out(self) -> tuple[str, ...]:
+        """The keys that a file need not state: what the class fixes, and what it says by default."""
+        fixed = [row.name for row in coefficients() if not self.has(row.name)]
+        defaults = {"class": CLASS_NAMES[0], "fresnel": self.kind.fresnel[0], "fresnel_highlight": False}
+        return (*fixed, *(key for key, value in defaults.items() if getattr(self, key) == value))
+
+    def source_of(self, name: str) -> str:
+        """The coefficient whose value works in its place: k_s of an absent k_h, k_d of the k_a of a polished one."""
+        if name == "k_h" and self.values["k_h"] is None:
+            return "k_s"
+        return self.kind.follows.get(name, name)
+
+    def texture_at_work(self, name: str) -> str | None:
+        """The texture that multiplies a coefficient as light sees it."""
+        return dict(self.textures).get(self.kind.follows.get(name, name))
 
     def highlight_coefficient(self):
         """k_h, or k_s where k_h is not given (Parker et al., after equation 1)."""
-        return self.values["k_s"] if self.values["k_h"] is None else self.values["k_h"]
+        return self.at_work("k_h")
 
     def at_work(self, name: str) -> Any:
         """The value of a coefficient as light sees it: an absent k_h is k_s."""
-        return self.highlight_coefficient() if name == "k_h" else self.values[name]
+        return self.values[self.source_of(name)]
+
+
+CHOICES: Mapping[str, tuple[tuple, Callable[[Material], Any]]] = {
+    "highlight": (HIGHLIGHTS, lambda m: m.highlight),
+    "fresnel": (FRESNEL_MODELS, lambda m: m.fresnel_model),
+    "fresnel_highlight": ((False, True), lambda m: m.fresnel_highlight),
+    "polished": ((False, True), lambda m: m.class_ == "polished"),
+}
+"""What a material chooses beside its coefficients: the words that there are, and which one it has chosen."""
 
 
 def textured_rows():
-    """The coefficients that may have a texture: all that do not move rays."""
-    return tuple(row for row in coefficients() if row.coloured)
+    """The coefficients that may have a texture: all that do not move rays, and belong to a surface."""
+    return tuple(row for row in coefficients() if row.coloured and row.textured)
 
 
 def checked(name: str, value, place: str) -> Any:
@@ -69,3 +135,75 @@ def checked(name: str, value, place: str) -> Any:
     array = number_array(value, place, name, ((), (3,)) if row.coloured else ((),))
     require(row.holds, place, name, array, row.allowed(), row.advice(array))
     return array
+
+
+def highest_coat(material: Material) -> float:
+    """The largest k_d with which a polished material sends back no more light than it gets, at any angle:
+    (1 - R0)**2; infinite of other classes, and of an index that is not known.
+    """
+    index: Any = material.values["refractive_index"]
+    if material.class_ != "polished" or is_traced(index):
+        return np.inf
+    straight = ((float(index) - 1) / (float(index) + 1)) ** 2
+    return (1 - straight) ** 2
+
+
+def check_coat(material: Material, place: str) -> None:
+    """Raise `SceneError` where a polished material sends back more light than it gets."""
+    k_d: Any = material.values["k_d"]
+    index: Any = material.values["refractive_index"]
+    highest = highest_coat(material)
+    if not is_traced(k_d) and np.max(k_d) > highest * (1 + 1e-6):
+        raise SceneError(
+            f"{place}: k_d = {listed(k_d)} of a polished material; allowed is at most (1 - R0)^2 = {highest:.4g} a "
+            f"channel at refractive_index = {float(index):g}, so that no "
+            "angle sends back more light than it gets"
+        )
+
+
+def _defaults(kind: MaterialClass) -> dict[str, Any]:
+    """The value of each coefficient that is not stated; of what the class does not have, the one that does nothing."""
+    absent = {row.name: kind.fixed.get(row.name, 0.0) for row in coefficients() if row.coloured}
+    return {
+        row.name: kind.defaults.get(row.name, row.default)
+        if kind.stated(row.name)
+        else absent.get(row.name, row.default)
+        for row in coefficients()
+    }
+
+
+def _class(name, place: str) -> str:
+    if name not in CLASS_NAMES:
+        near = nearest_name(str(name), CLASS_NAMES)
+        raise SceneError(f"{place}: class = {name!r}; allowed is {', '.join(CLASS_NAMES)}.{near}")
+    return name
+
+
+def _check_stated(kind: MaterialClass, keys: list[str], place: str) -> None:
+    """Raise `SceneError` for a coefficient, or a texture of one, that the class does not have."""
+    for key in keys:
+        name = key.removesuffix(TEXTURE)
+        if not kind.stated(name):
+            raise SceneError(
+                f"{place}: {key} is stated, and a material of class {kind.name!r} has none ({kind.meaning}); allowed "
+                f'is {", ".join(kind.has or ())}. Leave it out, or write class = "whitted"'
+            )
+
+
+def _fresnel(kind: MaterialClass, stated: str | None, place: str) -> str:
+    model = kind.fresnel[0] if stated is None else stated
+    if model not in kind.fresnel:
+        allowed = ", ".join(f'"{name}"' for name in kind.fresnel)
+        raise SceneError(f"{place}: fresnel = {stated!r} of a material of class {kind.name!r}; allowed is {allowed}")
+    return model
+
+
+def _fresnel_highlight(kind: MaterialClass, fresnel: str, stated, place: str) -> bool:
+    if not isinstance(stated, bool):
+        raise SceneError(f"{place}: fresnel_highlight = {stated!r}; allowed is true or false")
+    if stated and fresnel == "off":
+        raise SceneError(
+            f'{place}: fresnel_highlight = true, and fresnel = "off", by which it is multiplied; write '
+            'fresnel = "exact" or "schlick", or leave it out'
+        )
+    return stated

@@ -18,6 +18,7 @@ import numpy as np
 
 from .._errors import SceneError
 from ..records import Row, changed, is_traced, nearest_name, number_array, rows_of
+from ._classes import MaterialClass
 from ._coefficients import BY_NAME, coefficients
 from ._material import checked
 from ._scene import Scene
@@ -198,7 +199,7 @@ def _with_component(whole, index: Index, value):
 
 def _all(scene: Scene) -> Iterator[Parameter]:
     for name in scene.materials:
-        yield from (Parameter("material", name, row) for row in coefficients())
+        yield from (Parameter("material", name, row) for row in coefficients() if scene.materials[name].has(row.name))
     for family in FAMILIES:
         for name, record in _members(scene, family).items():
             if "." not in name:
@@ -228,6 +229,8 @@ def _of_material(scene: Scene, name: str) -> tuple[Parameter, str] | None:
     for name_of, part in ((name, ""), (whole, component)):
         material, _, coefficient = name_of.rpartition(".")
         if material in scene.materials and coefficient in BY_NAME:
+            if not scene.materials[material].has(coefficient):
+                raise _not_of_class(material, coefficient, scene.materials[material].kind)
             return Parameter("material", material, BY_NAME[coefficient]), part
     return None
 
@@ -283,6 +286,14 @@ def _no_material(scene: Scene, name: str) -> Any:
     raise SceneError(
         f"coefficient {name!r}: no coefficient {coefficient!r}; there is "
         f"{', '.join(BY_NAME)}.{nearest_name(coefficient, BY_NAME)}"
+    )
+
+
+def _not_of_class(material: str, coefficient: str, kind: MaterialClass) -> SceneError:
+    has = ", ".join(kind.has or ())
+    return SceneError(
+        f"coefficient '{material}.{coefficient}': material {material!r} is of class {kind.name!r}, which has no "
+        f"{coefficient}; there is {has}"
     )
 
 

@@ -20,7 +20,7 @@ from ..numerics._vector import Vec3, vec3
 from ..records import changed, grouped, is_traced, stacked
 from ..shapes import OBJECTS, AbstractObject
 from ._coefficients import coefficients
-from ._material import HIGHLIGHTS, textured_rows
+from ._material import CHOICES, textured_rows
 from ._scene import Scene
 from ._search import Known, known_boxes, shapes_of
 from ._sheets import Sheet, sheets_of
@@ -51,8 +51,8 @@ class Tables(eqx.Module):
     coefficients: dict[str, Vec3 | Float[Array, "materials"]]
     """By name, columns over the materials; those that may be a colour as three columns."""
     material_of: Int[Array, "objects"]
-    highlight: Int[Array, "materials"]
-    """The number of the model of each material, in the order of `HighlightModel`."""
+    models: dict[str, Int[Array, "materials"]]
+    """What each material has chosen, by the name of the choice: the place of its word among the words there are."""
     texture_of: dict[str, Int[Array, "materials"]]
     """For each coefficient that has a texture somewhere: the number of the texture, -1 for none."""
     textures: tuple[AbstractTexture, ...]
@@ -108,7 +108,7 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
     number_of = dict(zip(texture_names(scene), texture_number.tolist(), strict=True))
     texture_of = {}
     for row in textured_rows():
-        worn = [dict(m.textures).get(row.name) for m in materials]
+        worn = [m.texture_at_work(row.name) for m in materials]
         if any(worn):
             texture_of[row.name] = jnp.asarray([-1 if w is None else number_of[w] for w in worn], jnp.int32)
     # Number the materials, and order the objects by size.
@@ -123,7 +123,10 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         shapes=shapes,
         coefficients=table,
         material_of=jnp.asarray(material_of),
-        highlight=jnp.asarray([HIGHLIGHTS.index(m.highlight) for m in materials], jnp.int32),
+        models={
+            name: jnp.asarray([words.index(choice(m)) for m in materials], jnp.int32)
+            for name, (words, choice) in CHOICES.items()
+        },
         texture_of=texture_of,
         textures=textures,
         lights=grouped(scene.lights)[0],

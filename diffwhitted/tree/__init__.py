@@ -18,6 +18,7 @@ from ._effects import (
     including_effect,
 )  # fmt: skip
 from ._film import film_of
+from ._fresnel import Passed
 from ._idle import idle
 from ._plan import Plan, likely_room, make_plan, tables_of, unmeasured_plan
 from ._points import points_only, trees_or_points
@@ -27,7 +28,7 @@ from ._samples import Samples, grid, pixel_of, sample_places
 from ._truncation import Beyond
 
 __all__ = [
-    "BRANCH_NAMES", "EFFECT_NAMES", "Beyond", "Decision", "Effect", "Effects", "Nodes", "Plan", "Record",
+    "BRANCH_NAMES", "EFFECT_NAMES", "Beyond", "Decision", "Effect", "Effects", "Nodes", "Passed", "Plan", "Record",
     "Samples", "calls_for", "decide_effects", "effect_rows", "film_of", "grid", "idle", "including_effect",
     "likely_room", "make_plan", "pixel_of", "points_only", "record", "replay", "sample_places", "tables_of", "trace",
     "trace_beside_small", "trace_left_out", "trees_or_points", "unmeasured_plan",

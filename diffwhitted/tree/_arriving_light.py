@@ -10,15 +10,25 @@ from ..numerics._coverage import coverage
 from ..numerics._stage import packed
 from ..numerics._vector import Vec3, lookup, where
 from ..scene import AbstractLight, Tables
+from ._absorption import left_on_the_way_to
+from ._arrival import Arrival
 from ._made_of import material_at
 from ._plan import Plan
 from ._shadows import Seen
 
 
 def arriving_part(
-    tables: Tables, plan: Plan, light: AbstractLight, seen: Seen | None, point: SurfacePoint, to_light: Vec3
+    tables: Tables,
+    plan: Plan,
+    light: AbstractLight,
+    seen: Seen | None,
+    at: Arrival,
+    point: SurfacePoint,
+    to_light: Vec3,
+    needed,
 ):
-    """s_j of Parker et al. (1): 0 or 1, times k_t for each transparent surface on the way where shadows are tinted.
+    """s_j of Parker et al. (1): 0 or 1, times k_t for each transparent surface on the way where shadows are tinted, and
+    what the glass between them absorbs.
     Where rays have a footprint, the part of it that sees the light.
 
     `seen`: what this light sees of the points; None where nothing casts shadows.
@@ -29,6 +39,8 @@ def arriving_part(
     part = Vec3(visible, visible, visible) if plan.effects.tinted_shadows else visible
     if plan.effects.tinted_shadows:
         part = part * _through_glass(tables, seen)
+        if plan.effects.absorption:
+            part = part * left_on_the_way_to(tables, plan, at, light, needed)
     return part * _past_silhouettes(tables, plan, light, seen, point, to_light)
 
 

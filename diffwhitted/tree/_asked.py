@@ -51,11 +51,11 @@ class Asked:
 def calls_for(scene: Scene, material: str, coefficient: str, free: Collection[str] = ()) -> str | None:
     """Why a coefficient of a material is at work ("glass.k_t = 0.7", "... is free"), or None if it is zero."""
     record, name = scene.materials[material], f"{material}.{coefficient}"
-    if coefficient == "k_h":
-        if record.highlight == "off":
-            return None
-        if record.k_h is None and f"{material}.k_s" in free:
-            return f"{material}.k_s is free and gives k_h"
+    if coefficient == "k_h" and record.highlight == "off":
+        return None
+    source = record.source_of(coefficient)
+    if source != coefficient and f"{material}.{source}" in free:
+        return f"{material}.{source} is free and gives {coefficient}"
     value = record.at_work(coefficient)
     if name in free:
         return f"{name} is free in the fit"

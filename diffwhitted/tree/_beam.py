@@ -166,8 +166,8 @@ def _special(plan: Plan, at: Arrival, point: SurfacePoint, branch, factor: Vec3,
     left = safe_divide(1 - at.beam.edge.coverage, at.beam.edge.coverage)
     if not (plan.effects.refraction and plan.effects.total_internal_reflection):
         return past, rest, factor * left
-    ray, footprint, before = stage(here, _at_rim, at, branch, eta)
-    at_rim = weight_at_rim(plan, point, branch, factor, before)
+    ray, footprint, before, mean = stage(here, _at_rim, at, branch, eta)
+    at_rim = weight_at_rim(plan, point, branch, before, mean) * at.beam.edge.coverage
     return where(beside, (past, rest, factor * left), (ray, footprint, at_rim))
 
 
@@ -175,8 +175,9 @@ def _uncovered(at: Arrival) -> tuple[Ray, Footprint]:
     return uncovered(Ray(at.point, at.direction), crosswise(at.beam.footprint, at.direction), at.beam.edge)
 
 
-def _at_rim(at: Arrival, branch, eta) -> tuple[Ray, Footprint, Float[Array, "n"]]:
-    """A child that leaves from where total reflection begins in the pixel, and the share of the pixel before that.
+def _at_rim(at: Arrival, branch, eta) -> tuple[Ray, Footprint, Float[Array, "n"], Float[Array, "n"]]:
+    """A child that leaves from where total reflection begins in the pixel, the share of the pixel before that, and the
+    mean of cos_r**2 there.
 
     It leaves from the middle of its own part and has the footprint of that part: a ray that stays within a sphere meets
     it at the same angle again and again, and would else lose light each time. The k_s of the light before the rim
@@ -195,7 +196,7 @@ def _at_rim(at: Arrival, branch, eta) -> tuple[Ray, Footprint, Float[Array, "n"]
         at, point=moved.origin, normal=normal, direction=moved.direction, outside=None, inside=None, beam=beam
     )
     ray, footprint = _turned(part, turn_at(_cosine(part), eta, mean, through), branch)
-    return Ray(ray.origin, normalise(ray.direction)), footprint, edge.coverage
+    return Ray(ray.origin, normalise(ray.direction)), footprint, edge.coverage, mean
 
 
 def _cosine(at: Arrival) -> Linear:

@@ -9,17 +9,40 @@ point or to the weights of its branches.
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Array, Int
 
-from ..illumination import SurfacePoint
+from ..illumination import SurfacePoint, fresnel_highlight, polished, polished_most, polished_towards  # fmt: skip
 from ..numerics._vector import Vec3
 from ..records import changed
-from ..scene import Scene, is_traced
+from ..scene import Scene
 from ._asked import Asked
+from ._fresnel import Passed, dielectric, dielectric_extremes, metal, metal_extremes
+from ._reasons import (
+    Reason,
+    absorbing,
+    caster,
+    coated,
+    dark,
+    denser,
+    faded,
+    flat,
+    gradient,
+    no_ambient,
+    no_shadows,
+    not_tinted,
+    second_glass,
+    textured,
+    touching,
+    truncated,
+    weighed_highlight,
+    with_coefficient,
+    with_fresnel,
+)  # fmt: skip
 
-Reason = Callable[[Asked], str | None]
+Coefficients = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -45,113 +68,64 @@ class Effect:
     """What it makes of the weight of a branch."""
     brightest: Callable[[Scene, str], np.ndarray] | None = None
     """The most light that it adds at a point of a material (by name), (3,); None: no finite amount is known."""
-
-
-def _with(coefficient: str) -> Reason:
-    return lambda asked: asked.first_with(coefficient)
-
-
-def _dark(asked: Asked) -> str | None:
-    return None if asked.scene.lights else "the scene has no light"
-
-
-def _flat(asked: Asked) -> str | None:
-    return None if asked.depth > 1 else "max_depth = 1: camera rays only"
-
-
-def _no_ambient(asked: Asked) -> str | None:
-    ambient = asked.scene.ambient
-    if "scene.ambient" in asked.free:
-        return None
-    return "ambient = 0" if not is_traced(ambient) and not np.any(np.asarray(ambient) > 0) else None
-
-
-def _caster(asked: Asked) -> str | None:
-    objects = asked.scene.objects
-    if len(objects) == 1 and objects[0].FLAT:
-        return None
-    others = " and others" if len(objects) > 1 else ""
-    return f"object {objects[0].name!r}{others} can block a light" if objects else None
-
-
-def _no_shadows(asked: Asked) -> str | None:
-    return 'shadows = "off"' if asked.scene.shadows == "off" else None
-
-
-def _not_tinted(asked: Asked) -> str | None:
-    return None if asked.scene.shadows == "tinted" else f'shadows = "{asked.scene.shadows}"'
-
-
-def _denser(asked: Asked) -> str | None:
-    for thing in asked.users("k_t"):
-        index, name = asked.scene.materials[thing.material].refractive_index, f"{thing.material}.refractive_index"
-        if is_traced(index) or name in asked.free:
-            return f"object {thing.name!r}: {name} may be anything"
-        if float(index) > 1:
-            return f"object {thing.name!r}: {name} = {float(index):g}"
-    return None
-
-
-def _second_glass(asked: Asked) -> str | None:
-    glass = asked.users("k_t")
-    if len(glass) < 2 or not any(thing.solid for thing in glass):
-        return None
-    return f"objects {glass[0].name!r} and {glass[1].name!r} are both transparent"
-
-
-def _touching(asked: Asked) -> str | None:
-    sheets = asked.sheets
-    return f"objects {sheets[0][0][0]!r} and {sheets[0][1][0]!r} share a surface" if sheets else None
-
-
-def _textured(asked: Asked) -> str | None:
-    for thing in asked.scene.objects:
-        for coefficient, texture in asked.scene.materials[thing.material].textures:
-            if asked.reasons.get((thing.material, coefficient)):
-                return f"object {thing.name!r}: {coefficient}_texture = {texture!r}"
-    return None
-
-
-def _faded(asked: Asked) -> str | None:
-    for number, light in enumerate(asked.scene.lights, 1):
-        if light.fades:
-            return f"light {number} has an attenuation"
-    return None
-
-
-def _gradient(asked: Asked) -> str | None:
-    return "background = { gradient = ... }" if asked.scene.background.varies else None
-
-
-def _truncated(asked: Asked) -> str | None:
-    cutoff = asked.scene.cutoff
-    if is_traced(cutoff):
-        return "cutoff is traced and may be anything"
-    return f"cutoff = {float(cutoff):.4g}" if float(cutoff) > 0 else None
+    extremes: tuple[str, Callable[[np.ndarray, np.ndarray], tuple[Passed, ...]]] | None = None
+    """Of what it weighs: the model of materials that it is about, and the weights, from their k_s and k_t, of which
+    those of each angle are a mean; None: no bound is known."""
+    at_points: Callable[[SurfacePoint], Coefficients] | None = None
+    """The coefficients that stand in place of those of a point."""
+    at_lights: Callable[[SurfacePoint, Vec3], Coefficients] | None = None
+    """The same for one light, by the direction to it."""
+    most: Callable[[Scene, str, dict[str, np.ndarray]], dict[str, np.ndarray]] = lambda scene, name, most: most
+    """What it makes, at most, of the coefficients of a material, (3,) each."""
+    indices: bool = False
+    """It looks at the refractive indices on both sides."""
 
 
 LIT = (("diffuse", "highlight"), "no light is looked at")
 BENT = (("refraction",), "no refraction")
+SPLIT = (("reflection", "refraction"), "no ray is reflected or refracted")
+
+
+def _polished_most(scene: Scene, name: str, most: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    material = scene.materials[name]
+    return polished_most(most, float(material.refractive_index)) if material.class_ == "polished" else most
+
+
+def _metal_highlight(scene: Scene, name: str, most: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return most | {"k_h": np.maximum(most["k_h"], 1)} if scene.materials[name].fresnel_model == "metal" else most
+
 
 EFFECTS: tuple[Effect, ...] = (
-    Effect("ambient", _with("k_a"), "no object has k_a > 0", forbidden=_no_ambient),
-    Effect("diffuse", _with("k_d"), "no object has k_d > 0", forbidden=_dark),
-    Effect("highlight", _with("k_h"), "no object has k_h > 0 with a highlight", forbidden=_dark),
-    Effect("shadows", _caster, "no object can stand between a point and a light", LIT, _no_shadows),
-    Effect("tinted_shadows", _with("k_t"), "no object has k_t > 0", (("shadows",), "no shadow ray is cast"),
-           _not_tinted),
-    Effect("reflection", _with("k_s"), "no object has k_s > 0", forbidden=_flat),
-    Effect("refraction", _with("k_t"), "no object has k_t > 0", forbidden=_flat),
-    Effect("total_internal_reflection", _denser, "every transparent object has index 1", BENT),
-    Effect("nested_media", _second_glass, "fewer than two transparent solids", BENT),
-    Effect("shared_surfaces", _touching, "no transparent object shares a surface with another", BENT),
-    Effect("textures", _textured, "no coefficient in use has a texture"),
-    Effect("attenuation", _faded, "no point light has an attenuation", LIT,
+    Effect("ambient", with_coefficient("k_a"), "no object has k_a > 0", forbidden=no_ambient),
+    Effect("diffuse", with_coefficient("k_d"), "no object has k_d > 0", forbidden=dark),
+    Effect("highlight", with_coefficient("k_h"), "no object has k_h > 0 with a highlight", forbidden=dark),
+    Effect("polished", coated, "no object is polished", (("ambient", "diffuse"), "no light is looked at"),
+           at_points=polished, at_lights=polished_towards, indices=True, most=_polished_most),
+    Effect("fresnel_highlight", weighed_highlight, "no material has fresnel_highlight",
+           (("highlight",), "no highlight is looked at"), at_lights=fresnel_highlight, indices=True,
+           most=_metal_highlight),
+    Effect("shadows", caster, "no object can stand between a point and a light", LIT, no_shadows),
+    Effect("tinted_shadows", with_coefficient("k_t"), "no object has k_t > 0", (("shadows",), "no shadow ray is cast"),
+           not_tinted),
+    Effect("reflection", with_coefficient("k_s"), "no object has k_s > 0", forbidden=flat),
+    Effect("refraction", with_coefficient("k_t"), "no object has k_t > 0", forbidden=flat),
+    Effect("total_internal_reflection", denser, "every transparent object has index 1", BENT),
+    Effect("fresnel_exact", with_fresnel("exact"), 'no material has fresnel = "exact"', SPLIT, indices=True,
+           weighs=dielectric("exact"), extremes=("exact", dielectric_extremes)),
+    Effect("fresnel_schlick", with_fresnel("schlick"), 'no material has fresnel = "schlick"', SPLIT, indices=True,
+           weighs=dielectric("schlick"), extremes=("schlick", dielectric_extremes)),
+    Effect("fresnel_metal", with_fresnel("metal"), 'no metal has fresnel = "schlick"', SPLIT,
+           weighs=metal, extremes=("metal", metal_extremes)),
+    Effect("absorption", absorbing, "no transparent object has extinction > 0", BENT),
+    Effect("nested_media", second_glass, "fewer than two transparent solids", BENT),
+    Effect("shared_surfaces", touching, "no transparent object shares a surface with another", BENT),
+    Effect("textures", textured, "no coefficient in use has a texture"),
+    Effect("attenuation", faded, "no point light has an attenuation", LIT,
            without=lambda s: changed(s, lights=tuple(light.without_fading() for light in s.lights))),
-    Effect("background_gradient", _gradient, "the background is one colour",
+    Effect("background_gradient", gradient, "the background is one colour",
            without=lambda s: changed(s, background=s.background.plain())),
     Effect("footprint", lambda asked: f"footprint = {asked.trees}" if asked.trees else None, "footprint = 0"),
-    Effect("cutoff", _truncated, "cutoff = 0", (("reflection", "refraction"), "no ray is reflected or refracted")),
+    Effect("cutoff", truncated, "cutoff = 0", SPLIT),
 )  # fmt: skip
 """The effects that the package has."""
 
@@ -208,6 +182,11 @@ class Effects:
     def branching(self) -> bool:
         """Does any ray have children?"""
         return self.reflection or self.refraction
+
+    @property
+    def indices(self) -> bool:
+        """Are the refractive indices on both sides of a surface looked at?"""
+        return self.refraction or any(row.indices for row in effect_rows() if row.name in self.on)
 
     @property
     def lighting(self) -> bool:

@@ -4,12 +4,14 @@ I = k_a I_a + sum over lights of s_j I_j (k_d (N.L_j) + k_h (highlight)), Parker
 has no factor N.L. Only the terms that the plan's effects name are computed.
 """
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 
 from ..illumination import SurfacePoint, light_terms
 from ..numerics._stage import stage
-from ..numerics._vector import Vec3, lookup
+from ..numerics._vector import Vec3
 from ..records import member, member_count
 from ..scene import AbstractLight, Tables
 from ._arrival import Arrival
@@ -31,6 +33,9 @@ def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed
     named = {"ambient": ("k_a",), "diffuse": ("k_d",), "highlight": ("k_h", "phong_exponent")}
     names = [name for effect, some in named.items() if effect in effects for name in some]
     point = made_of(tables, plan, at, needed, (*names, *(name for row in adding for name in row.coefficients)))
+    for row in effect_rows():
+        if row.at_points is not None and row.name in effects:
+            point = replace(point, coefficients=point.coefficients | row.at_points(point))
     black = jnp.zeros_like(at.point.x)
     radiance = Vec3(black, black, black)
     # Add what the surface sends back of ambient light, and what effects add.
@@ -45,25 +50,28 @@ def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed
         seen = nodes.seen[number] if effects.shadows else None
         if member_count(lights) == 1:
             light, of_it = member(lights, 0), jax.tree.map(lambda a: a[0], seen)
-            radiance = radiance + _sent_back(tables, plan, light, of_it, point, needed)
+            radiance = radiance + _sent_back(tables, plan, at, light, of_it, point, needed)
         else:
 
             def add(radiance, one):
-                return radiance + _sent_back(tables, plan, *one, point, needed), None
+                return radiance + _sent_back(tables, plan, at, *one, point, needed), None
 
             radiance = jax.lax.scan(add, radiance, (lights, seen))[0]
     return radiance
 
 
 def _sent_back(
-    tables: Tables, plan: Plan, light: AbstractLight, seen: Seen | None, point: SurfacePoint, needed
+    tables: Tables, plan: Plan, at: Arrival, light: AbstractLight, seen: Seen | None, point: SurfacePoint, needed
 ) -> Vec3:
     """What the points send back of one light."""
     effects, models = plan.effects, plan.highlight_models
-    model = lookup(tables.highlight, point.material) if effects.highlight and len(models) > 1 else None
+    model = point.models["highlight"] if effects.highlight and len(models) > 1 else None
     to_light, _, colour = stage(needed, light.arriving, point.position)
     terms = light_terms(models if effects.highlight else None, effects.diffuse, model, light, point, to_light, needed)
-    arrives = arriving_part(tables, plan, light, seen, point, to_light)
+    for row in effect_rows():
+        if row.at_lights is not None and row.name in effects:
+            point = replace(point, coefficients=point.coefficients | row.at_lights(point, to_light))
+    arrives = arriving_part(tables, plan, light, seen, at, point, to_light, needed)
     black = jnp.zeros_like(point.position.x)
     sent_back = Vec3(black, black, black)
     if effects.diffuse:

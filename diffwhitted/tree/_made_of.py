@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
+from ..geometry import NOTHING
 from ..illumination import SurfacePoint
 from ..numerics._safe import safe_divide
 from ..numerics._stage import packed, stage
@@ -34,7 +35,7 @@ def made_of(tables: Tables, plan: Plan, at: Arrival, needed, names: Sequence[str
             pattern = _pattern(tables, lookup(tables.texture_of[group[0]], material), at, needed)
             for name in worn:
                 coefficients[name] = coefficients[name] * pattern
-    here, beyond = indices(tables, at) if plan.effects.refraction else (None, None)
+    here, beyond = indices(tables, at) if plan.effects.indices else (None, None)
     return SurfacePoint(
         there=at.object >= 0,
         position=at.point,
@@ -44,6 +45,7 @@ def made_of(tables: Tables, plan: Plan, at: Arrival, needed, names: Sequence[str
         distance=at.distance,
         entering=at.entering,
         material=material,
+        models={name: lookup(column, material) for name, column in tables.models.items()},
         coefficients=coefficients,
         index_here=here,
         index_beyond=beyond,
@@ -63,6 +65,13 @@ def indices(tables: Tables, at: Arrival) -> tuple[Float[Array, "n"], Float[Array
     index = tables.coefficients["refractive_index"]
     inside = lookup(index, material_at(tables, at.object)) if at.inside is None else index_of(tables, at.inside)
     outside = jnp.ones_like(inside) if at.outside is None else index_of(tables, at.outside)
+    return jnp.where(at.entering, outside, inside), jnp.where(at.entering, inside, outside)
+
+
+def sides(at: Arrival) -> tuple[Int[Array, "n"], Int[Array, "n"]]:
+    """The object in which the ray travelled, -1 for none, and the one on the far side of the surface."""
+    inside = at.object if at.inside is None else at.inside
+    outside = jnp.full_like(inside, NOTHING) if at.outside is None else at.outside
     return jnp.where(at.entering, outside, inside), jnp.where(at.entering, inside, outside)
 
 

@@ -248,7 +248,7 @@ def texture_groups(scene: Scene) -> tuple[tuple[str, ...], ...]:
     """The textured coefficients, those that wear the same texture on every material together."""
     groups: dict[tuple, list[str]] = {}
     for row in textured_rows():
-        worn = tuple(dict(scene.materials[name].textures).get(row.name) for name in material_names(scene))
+        worn = tuple(scene.materials[name].texture_at_work(row.name) for name in material_names(scene))
         if any(worn):
             groups.setdefault(worn, []).append(row.name)
     return tuple(map(tuple, groups.values()))

@@ -27,6 +27,7 @@ from ..geometry import (
 from ..numerics._stage import empty_buffers, packed, running_count, stage, write_block
 from ..numerics._vector import Vec3, brightest, where
 from ..scene import AbstractCamera, Tables
+from ._absorption import left_after
 from ._arrival import BRANCHES, PAST, TRANSMITTED, Arrival, Origin, arrival
 from ._beam import arriving
 from ._branch import branches
@@ -119,6 +120,8 @@ def follow(
         # Find the surfaces that they meet, what lights see of these points, and the rays that go on from there.
         dark = brightest(throughput) <= 0 if weighed else one < 0
         nodes, at, children = follow_rays(ray, footprint, sides, origin, dark, alive.any())
+        if weighed and plan.effects.absorption:
+            throughput = throughput * left_after(tables, plan, parents, origin, at)
         lineage, count, sends = q.lineage, q.count, None
         if plan.branching:
             sends = followed(tables, plan, at, origin.level, throughput, children, alive.any(), lit)

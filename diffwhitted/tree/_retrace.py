@@ -14,6 +14,7 @@ from ..geometry import Footprint, Ray, surface_at
 from ..numerics._stage import empty_buffers, read_block, stage, write_block
 from ..numerics._vector import Vec3, where
 from ..scene import AbstractCamera, Tables
+from ._absorption import left_after
 from ._arrival import Arrival, arrival
 from ._beam import arriving
 from ._departure import any_ray, departing
@@ -67,6 +68,8 @@ def visit(
         throughput = where(nodes.origin.lineage == 0, jax.tree.map(jnp.ones_like, throughput), throughput)
     throughput = factor if parents is None else throughput * factor
     arrived = _arrived(tables, plan, nodes, ray, footprint, alive.any())
+    if plan.effects.absorption:
+        throughput = throughput * left_after(tables, plan, at, nodes.origin, arrived)
     added = throughput * light_of(tables, plan, nodes, arrived, alive.any())
     return masked(alive, added), None if parents is None else (arrived, throughput)
 

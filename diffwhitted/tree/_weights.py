@@ -5,6 +5,8 @@ An effect that changes this (see `_effects`) knows the whole point: the angle of
 come, the indices on both sides.
 """
 
+from dataclasses import replace
+
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
@@ -40,17 +42,20 @@ def weight(plan: Plan, point: SurfacePoint, branch: Int[Array, "n"]) -> Vec3:
 
 
 def weight_at_rim(
-    plan: Plan, point: SurfacePoint, branch: Int[Array, "n"], factor: Vec3, before: Float[Array, "n"]
+    plan: Plan, point: SurfacePoint, branch: Int[Array, "n"], before: Float[Array, "n"], radicand: Float[Array, "n"]
 ) -> Vec3:
-    """The weight where total internal reflection begins within the pixel, `before` of which lies before it.
+    """The weight where total internal reflection begins within the pixel, `before` of which lies before it, and where
+    cos_r**2 is `radicand` in the mean.
 
-    What is transmitted comes from there alone. The k_s of the light before the rim goes along with what is totally
-    reflected.
+    What is transmitted comes from there alone. The mirror ray of the light before the rim goes along with what is
+    totally reflected.
     """
+    part = replace(point, mean_radicand=radicand)
+    factor = weight(plan, part, branch)
     factor = where(branch == TRANSMITTED, factor * before, factor)
     if not plan.total_reflection_is_full:
         return factor
     past = factor * (1 - before)
     if plan.effects.reflection:
-        past = past + factor * point.coefficients["k_s"] * before
+        past = past + weight(plan, part, jnp.full_like(branch, MIRROR)) * before
     return where(branch == TOTAL, past, factor)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..._errors import SceneError, SceneNote
+from ...records import changed
 from ...scene import Camera, DirectionalLight, Material, Mesh, OrthographicCamera, PointLight, Precision, Scene
 from .._losses import Losses
 from ._arrays import Content
@@ -92,11 +93,10 @@ def parse_gltf(data: bytes, source: str, precision: Precision) -> Scene:
 
 def _lit(material: Material) -> Material:
     """With k_a in place of k_d, for a scene without a light."""
-    stated = {name: value for name, value in material.values.items() if value is not None}
-    worn = {f"{name}_texture": texture for name, texture in material.textures}
-    if "k_d_texture" in worn:
-        worn["k_a_texture"] = worn["k_d_texture"]
-    return Material(highlight=material.highlight, **{**stated, "k_a": stated.get("k_d", 0.0)}, **worn)
+    worn = dict(material.textures)
+    if "k_d" in worn:
+        worn["k_a"] = worn["k_d"]
+    return changed(material, values=material.values | {"k_a": material.k_d}, textures=tuple(worn.items()))
 
 
 def _nodes(content: Content, roots) -> Iterator[tuple[dict[str, Any], np.ndarray, str]]:

@@ -76,6 +76,14 @@ class Entry(BaseModel):
         return {field: values[field] for field in cls.model_fields if values.get(field) is not None}
 
 
+class MaterialEntry(Entry):
+    """One material: what is not stated is for its class to say."""
+
+    def record(self, place: str, dtype):
+        stated = {field: self.value(field, place, dtype) for field in self.model_fields_set if field != "name"}
+        return self.made(place=place, **{field: value for field, value in stated.items() if value is not None})
+
+
 class ObjectEntry(Entry):
     """One object, and where it is placed."""
 

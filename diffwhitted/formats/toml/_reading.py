@@ -68,7 +68,10 @@ def scene_text(scene: Scene, *, source: str = "scene", folder: Path | None = Non
             _plain(TEXTURES, tables.texture, named_from(texture, folder), name=name)
             for name, texture in scene.textures.items()
         ],
-        "material": [tables.material.plain(material, name=name) for name, material in scene.materials.items()],
+        "material": [
+            tables.material.plain(material, name=name, **dict.fromkeys(material.left_out()))
+            for name, material in scene.materials.items()
+        ],
         "object": [
             _plain(OBJECTS, tables.object, named_from(thing, folder), **dict.fromkeys(thing.left_out()))
             for thing in scene.objects

@@ -6,7 +6,7 @@ whether a value is allowed is for the records to say, and the limits here serve 
 """
 
 import functools
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Discriminator, Field, Tag, create_model
 
@@ -14,9 +14,12 @@ from ...records import Row
 from ...scene import (
     BACKGROUNDS,
     CAMERAS,
+    CLASS_NAMES,
+    CLASSES,
     LIGHTS,
     OBJECTS,
     TEXTURES,
+    FresnelModel,
     HighlightModel,
     Material,
     ShadowModel,
@@ -26,7 +29,7 @@ from ...scene import (
     textured_rows,
 )
 from ._cameras import cameras, one_camera
-from ._entries import Entry, ObjectEntry, entries, entry
+from ._entries import Entry, MaterialEntry, ObjectEntry, entries, entry
 from ._keys import KEYS, Colour, MaterialName, Name, ObjectName, key, listed, number, optional
 from ._shots import ShotTable, shot_fields
 from ._textures import TABLES
@@ -80,12 +83,22 @@ class FileModels:
             "material",
             Material,
             (),
+            base=MaterialEntry,
             name=(Name, Field(description="Name of the material, one of a kind.")),
+            **{"class": (Literal[CLASS_NAMES], Field(CLASS_NAMES[0], description=_classes()))},
             **{row.name: _coefficient(row) for row in coefficients()},
             highlight=(
                 HighlightModel,
                 Field("halfway", description="halfway: (N.H)^n; reflected: (V.R)^n; off: none."),
             ),
+            fresnel=(
+                FresnelModel,
+                optional(
+                    "How k_s and k_t change with the angle: exact (Fresnel), schlick, off; by default as the class "
+                    "has it, off for whitted and exact for dielectric."
+                ),
+            ),
+            fresnel_highlight=(bool, Field(False, description="The highlight is multiplied by that reflectance too.")),
             **{
                 f"{row.name}_texture": (str, optional(f"Name of a texture that multiplies {row.name}."))
                 for row in textured_rows()
@@ -116,6 +129,10 @@ class FileModels:
         )
         doc = "A scene for diffwhitted. Right-handed, y up; metres, degrees, linear Rec. 709 RGB."
         return create_model("SceneFile", __doc__=doc, __config__=KEYS, **fields)
+
+
+def _classes() -> str:
+    return "; ".join(f"{row.name}: {row.meaning}" for row in CLASSES) + "."
 
 
 def _coefficient(row: Row):

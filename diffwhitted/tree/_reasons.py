@@ -1,0 +1,163 @@
+"""Why a scene calls for an effect, and why one is off whatever calls for it, in words."""
+
+from collections.abc import Callable
+
+import jax
+import numpy as np
+
+from ..scene import is_traced
+from ..shapes import AbstractObject
+from ._asked import Asked
+
+Reason = Callable[[Asked], str | None]
+
+
+def with_coefficient(coefficient: str) -> Reason:
+    return lambda asked: asked.first_with(coefficient)
+
+
+def dark(asked: Asked) -> str | None:
+    return None if asked.scene.lights else "the scene has no light"
+
+
+def flat(asked: Asked) -> str | None:
+    return None if asked.depth > 1 else "max_depth = 1: camera rays only"
+
+
+def no_ambient(asked: Asked) -> str | None:
+    ambient = asked.scene.ambient
+    if "scene.ambient" in asked.free:
+        return None
+    return "ambient = 0" if not is_traced(ambient) and not np.any(np.asarray(ambient) > 0) else None
+
+
+def caster(asked: Asked) -> str | None:
+    objects = asked.scene.objects
+    if len(objects) == 1 and objects[0].FLAT:
+        return None
+    others = " and others" if len(objects) > 1 else ""
+    return f"object {objects[0].name!r}{others} can block a light" if objects else None
+
+
+def no_shadows(asked: Asked) -> str | None:
+    return 'shadows = "off"' if asked.scene.shadows == "off" else None
+
+
+def not_tinted(asked: Asked) -> str | None:
+    return None if asked.scene.shadows == "tinted" else f'shadows = "{asked.scene.shadows}"'
+
+
+def denser(asked: Asked) -> str | None:
+    for thing in asked.users("k_t"):
+        index, name = asked.scene.materials[thing.material].refractive_index, f"{thing.material}.refractive_index"
+        if is_traced(index) or name in asked.free:
+            return f"object {thing.name!r}: {name} may be anything"
+        if float(index) > 1:
+            return f"object {thing.name!r}: {name} = {float(index):g}"
+    return None
+
+
+def second_glass(asked: Asked) -> str | None:
+    glass = asked.users("k_t")
+    if not any(thing.solid for thing in glass):
+        return None
+    if len(glass) > 1:
+        return f"objects {glass[0].name!r} and {glass[1].name!r} are both transparent"
+    others = [thing for thing in asked.scene.objects if thing is not glass[0]]
+    if coat := next((thing for thing in others if _looks_at_indices(asked, thing)), None):
+        return f"object {coat.name!r} may stand in {glass[0].name!r}, whose index counts"
+    if absorbing(asked) and (within := next((thing for thing in others if _may_overlap(glass[0], thing)), None)):
+        return f"object {within.name!r} may stand in {glass[0].name!r}, which absorbs light"
+    return None
+
+
+def _may_overlap(glass: AbstractObject, thing: AbstractObject) -> bool:
+    """May part of a thing lie in the glass? As far as a bounding sphere and a plane tell."""
+    if any(map(is_traced, jax.tree.leaves((glass, thing)))):
+        return True
+    middle, radius = glass.ball()
+    return not thing.away_from(middle) >= radius * (1 + 1e-6)
+
+
+def touching(asked: Asked) -> str | None:
+    sheets = asked.sheets
+    return f"objects {sheets[0][0][0]!r} and {sheets[0][1][0]!r} share a surface" if sheets else None
+
+
+def textured(asked: Asked) -> str | None:
+    for thing in asked.scene.objects:
+        for coefficient, texture in asked.scene.materials[thing.material].textures:
+            if asked.reasons.get((thing.material, coefficient)):
+                return f"object {thing.name!r}: {coefficient}_texture = {texture!r}"
+    return None
+
+
+def faded(asked: Asked) -> str | None:
+    for number, light in enumerate(asked.scene.lights, 1):
+        if light.fades:
+            return f"light {number} has an attenuation"
+    return None
+
+
+def gradient(asked: Asked) -> str | None:
+    return "background = { gradient = ... }" if asked.scene.background.varies else None
+
+
+def truncated(asked: Asked) -> str | None:
+    cutoff = asked.scene.cutoff
+    if is_traced(cutoff):
+        return "cutoff is traced and may be anything"
+    return f"cutoff = {float(cutoff):.4g}" if float(cutoff) > 0 else None
+
+
+def with_fresnel(model: str) -> Reason:
+    """Some object's branches are weighed by this model of the angle."""
+
+    def reason(asked: Asked) -> str | None:
+        for thing in asked.scene.objects:
+            material = asked.scene.materials[thing.material]
+            if material.fresnel_model == model and _splits(asked, thing):
+                return f"object {thing.name!r}: {_chosen(material)}"
+        return None
+
+    return reason
+
+
+def _chosen(material) -> str:
+    kind = "" if material.class_ == "whitted" else f'class = "{material.class_}", '
+    return f'{kind}fresnel = "{material.fresnel}"'
+
+
+def _splits(asked: Asked, thing: AbstractObject) -> bool:
+    return any(asked.reasons.get((thing.material, name)) for name in ("k_s", "k_t"))
+
+
+def coated(asked: Asked) -> str | None:
+    """Some object is polished."""
+    for thing in asked.scene.objects:
+        if asked.scene.materials[thing.material].class_ == "polished":
+            return f'object {thing.name!r}: class = "polished"'
+    return None
+
+
+def weighed_highlight(asked: Asked) -> str | None:
+    """Some object's highlight is weighed by the angle."""
+    for thing in asked.users("k_h"):
+        if asked.scene.materials[thing.material].fresnel_highlight:
+            return f"object {thing.name!r}: fresnel_highlight = true"
+    return None
+
+
+def absorbing(asked: Asked) -> str | None:
+    """Some object absorbs light on its way inside."""
+    for thing in asked.users("k_t"):
+        if reason := asked.reasons.get((thing.material, "extinction")):
+            return f"object {thing.name!r}: {reason}"
+    return None
+
+
+def _looks_at_indices(asked: Asked, thing: AbstractObject) -> bool:
+    """Opaque, and what it sends back hangs on what it stands in."""
+    material = asked.scene.materials[thing.material]
+    bent = material.fresnel_model in ("exact", "schlick") and (material.fresnel_highlight or _splits(asked, thing))
+    return bent and not asked.reasons.get((thing.material, "k_t"))
