@@ -79,7 +79,7 @@ def _stated(record, known: Collection[str]) -> Iterator[str]:
             continue
         value = getattr(record, key, parameter.default)
         if parameter.default is parameter.empty or not _same(value, parameter.default):
-            yield key
+            yield key.rstrip("_")
 
 
 def _same(value, default) -> bool:

@@ -20,7 +20,7 @@ from ..shapes import (
 )
 from ._classes import CLASS_NAMES, CLASSES, FresnelModel
 from ._coefficients import BY_NAME, COEFFICIENTS, coefficients, including_coefficient
-from ._material import FRESNEL_MODELS, HIGHLIGHTS, HighlightModel, Material, textured_rows
+from ._material import FRESNEL_MODELS, HIGHLIGHTS, HighlightModel, Material, highest_coat, textured_rows
 from ._names import coefficient_value, replace_coefficient
 from ._near import near
 from ._parameters import (
@@ -50,8 +50,8 @@ __all__ = [
     "OrthographicCamera", "POSE", "Parameter", "PixelFilter", "Plane", "PointLight", "Polygon", "Polyhedron",
     "Precision", "Quadric", "Row", "Scene", "ShadowModel", "Sheet", "Shot", "Sphere", "SphereSet", "TEXTS",
     "TEXTURES", "Tables", "Torus", "TotalReflection", "VIEW", "WITHOUT_NAME", "check_footprint", "coefficient_value",
-    "coefficients", "depth_number", "find_parameter", "float_dtype", "from_middle", "including_coefficient",
-    "is_traced", "marks_of", "material_names", "near", "nearest_name", "numbered_objects", "parameter_value",
-    "parameters", "replace_coefficient", "replace_parameter", "shared_sheets", "shortest", "tabulate",
-    "texture_names", "textured_rows", "whole_number", "ImageTexture", "TexturePoint", "maps",
+    "coefficients", "depth_number", "find_parameter", "float_dtype", "from_middle", "highest_coat",
+    "including_coefficient", "is_traced", "marks_of", "material_names", "near", "nearest_name", "numbered_objects",
+    "parameter_value", "parameters", "replace_coefficient", "replace_parameter", "shared_sheets", "shortest",
+    "tabulate", "texture_names", "textured_rows", "whole_number", "ImageTexture", "TexturePoint", "maps",
 ]  # fmt: skip

@@ -1,10 +1,10 @@
 """Which numbers of a scene can have no effect on its pictures, and why: what a fit had better leave alone."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 
 import numpy as np
 
-from ..scene import Parameter, Scene, is_traced
+from ..scene import Material, Parameter, Scene, is_traced
 from ._asked import calls_for
 
 
@@ -51,13 +51,25 @@ def _coefficient(scene: Scene, material: str, coefficient: str, free: Collection
         return f'material {material!r} has highlight = "off"; choose "halfway" or "reflected"'
     if coefficient == "phong_exponent" and not at_work("k_h"):
         return f"{material}.k_h = 0, so there is no highlight; give k_h a value or free it too"
-    if coefficient == "refractive_index" and not at_work("k_t"):
+    if coefficient == "refractive_index" and not (at_work("k_t") or _weighs(record, at_work)):
+        return (
+            f"{material}.k_t = 0, so no light passes through; give k_t a value or free it too, or write "
+            'fresnel = "exact", by which it shows in the mirror ray'
+        )
+    if coefficient == "extinction" and not at_work("k_t"):
         return f"{material}.k_t = 0, so no light passes through; give k_t a value or free it too"
     if coefficient in ("k_t", "refractive_index", "k_s") and max_depth == 1:
         if coefficient == "k_s" and record.k_h is None and record.highlight != "off" and scene.lights:
             return None
         return "max_depth = 1: there are only camera rays; raise max_depth"
     return None
+
+
+def _weighs(record: Material, at_work: Callable[[str], bool]) -> bool:
+    """Does the index show in how much light the surface sends back?"""
+    if record.fresnel_model not in ("exact", "schlick"):
+        return False
+    return record.class_ == "polished" or at_work("k_s") or (record.fresnel_highlight and at_work("k_h"))
 
 
 def _light(scene: Scene, parameter: Parameter, free: Collection[str]) -> str | None:

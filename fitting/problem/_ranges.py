@@ -7,7 +7,7 @@ from math import inf, isfinite
 import numpy as np
 
 from diffwhitted.records import Row
-from diffwhitted.scene import Parameter, Scene
+from diffwhitted.scene import Parameter, Scene, highest_coat
 
 FACTOR = 4.0
 """A length on a scale of logarithms is looked for between this fraction of it and so many times it."""
@@ -31,7 +31,8 @@ def default_bounds(scene: Scene, parameter: Parameter, value: float, counted: bo
         size = turn if unit == "deg" else scene_size(scene)
         return -size, size
     if row.fit_bounds is not None:
-        return _widened(row, row.fit_bounds, whole)
+        low, high = _widened(row, row.fit_bounds, whole)
+        return low, min(high, _highest(scene, parameter))
     if row.scale in ("log", "log-excess"):
         zero = row.measured_in.floor(row.lowest)
         return zero + (value - zero) / FACTOR, min(zero + (value - zero) * FACTOR, row.highest)
@@ -41,6 +42,12 @@ def default_bounds(scene: Scene, parameter: Parameter, value: float, counted: bo
         return row.lowest, row.lowest + (BRIGHTER * float((whole - row.lowest).max()) or 1.0)
     size = scene_size(scene) if row.unit == "m" else max(2 * abs(value), 1.0)
     return max(value - size, row.lowest), min(value + size, row.highest)
+
+
+def _highest(scene: Scene, parameter: Parameter) -> float:
+    """What its material allows."""
+    polished = parameter.family == "material" and parameter.row.name == "k_d"
+    return highest_coat(scene.materials[parameter.owner]) if polished else inf
 
 
 def scene_size(scene: Scene) -> float:

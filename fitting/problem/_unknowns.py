@@ -10,9 +10,10 @@ from jaxtyping import Array, Float
 
 from diffwhitted.records import Row, typical_size
 from diffwhitted.scene import Parameter, Scene, nearest_name
+from diffwhitted.tree import calls_for
 
 from .._errors import FitError
-from ._free_names import split_free
+from ._free_names import split_free, whole_names
 from ._freedoms import moved, parts_of, read
 from ._ranges import checked_bounds, default_bounds
 
@@ -69,6 +70,7 @@ def list_unknowns(
     unknowns = []
     for name in names:
         parameter, component = split_free(scene, name)
+        parameter = _as_it_moves(scene, parameter, names)
         values = read(scene, parameter, scene)
         for number, part in enumerate(parts_of(scene, parameter)):
             if component in ("", part.component):
@@ -78,6 +80,14 @@ def list_unknowns(
         for i in matching(unknowns, pattern, "bounds"):
             unknowns[i] = replace(unknowns[i], bounds=_checked_bounds(unknowns[i], ends))
     return tuple(unknowns)
+
+
+def _as_it_moves(scene: Scene, parameter: Parameter, free: Sequence[str]) -> Parameter:
+    """The same, but for the index of what lets no light through: it weighs the mirror ray, and moves none."""
+    still = parameter.family == "material" and parameter.row.moves == "rays"
+    if still and calls_for(scene, parameter.owner, "k_t", whole_names(scene, free)) is None:
+        return replace(parameter, row=replace(parameter.row, moves="nothing"))
+    return parameter
 
 
 def start_values(
