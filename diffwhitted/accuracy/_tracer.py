@@ -279,7 +279,9 @@ def _pass(
 
     def one_place(number, state):
         film, most, total = state
-        samples = Samples(corners.column + places[number, 0], corners.row + places[number, 1], corners.there, side)
+        samples = Samples(
+            corners.column + places[number, 0], corners.row + places[number, 1], corners.there, side, jnp.int32(0)
+        )
         if beyond is None:
             light, _, descendants = trace(tables, camera, plan, samples)
         else:

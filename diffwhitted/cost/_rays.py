@@ -19,6 +19,7 @@ from ..tree import (
     Plan,
     Record,
     decide_effects,
+    first_of,
     grid,
     likely_room,
     make_plan,
@@ -144,7 +145,7 @@ def _lit_points(tables: Tables, camera: AbstractCamera, trees: Record, plan: Pla
 
     def one_pass(inputs):
         number, tree = inputs
-        place = jnp.full(2, 0.5, camera.look_from.dtype)
-        return replay(tables, camera, tree, plan, grid(plan, camera, number, place), lamps).x
+        middle = first_of(jnp.full(2, 0.5, camera.look_from.dtype))
+        return replay(tables, camera, tree, plan, grid(plan, camera, number, middle), lamps).x
 
     return jax.lax.map(one_pass, (jnp.arange(plan.passes, dtype=jnp.int32), trees))

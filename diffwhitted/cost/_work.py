@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..scene import AbstractCamera, Scene
-from ..tree import Plan, grid, record, replay, sample_places, tables_of
+from ..tree import Plan, drawn, grid, record, replay, sample_places, tables_of
 from ._programs import Program, compiled
 
 
@@ -37,13 +37,13 @@ def work_of(whole: np.ndarray, search: np.ndarray, walk: np.ndarray) -> Work:
 
 def work_programs(scene: Scene, camera: AbstractCamera, plan: Plan) -> dict[str, Program]:
     """Two parts of the picture as programs: the search and all that it needs, and the way along known rays alone."""
-    places = sample_places(plan.side, scene.dtype)
+    draws = drawn(plan, sample_places(plan.side, scene.dtype))
     tables, plan = tables_of(scene, plan), plan.program
     numbers = list(jnp.arange(plan.passes, dtype=jnp.int32))
 
     def search(given):
         tables, number = given
-        return jax.lax.map(lambda place: record(tables, camera, plan, grid(plan, camera, number, place)), places)
+        return jax.lax.map(lambda draw: record(tables, camera, plan, grid(plan, camera, number, draw)), draws)
 
     searching = compiled(search, [(tables, number) for number in numbers])
 
@@ -51,13 +51,13 @@ def work_programs(scene: Scene, camera: AbstractCamera, plan: Plan) -> dict[str,
         tables, number, trees = given
 
         def points(sample):
-            tree, place = sample
-            samples = grid(plan, camera, number, place)
+            tree, draw = sample
+            samples = grid(plan, camera, number, draw)
             return replay(
                 tables, camera, tree, plan, samples, lambda tables, plan, nodes, at, needed: at.point, forward=True
             ).stacked(axis=0)
 
-        return jax.lax.map(points, (trees, places))
+        return jax.lax.map(points, (trees, draws))
 
     return {
         "search": searching,

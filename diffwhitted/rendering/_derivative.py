@@ -21,7 +21,7 @@ from ..image import gathered
 from ..numerics._kept import kept
 from ..numerics._workers import side_by_side
 from ..scene import AbstractCamera, Scene, Tables, depth_number, marks_of, near, nearest_name, tabulate
-from ..tree import Plan, Samples, grid, likely_room, make_plan, record, replay, sample_places
+from ..tree import Plan, Samples, drawn, grid, likely_room, make_plan, record, replay, sample_places
 from ._sample_lists import film_of, traced_list
 
 SIDE = 2
@@ -82,13 +82,13 @@ def derivative(
     program = partial(_pass, (tables, camera), (along, turn), plan.program)
     films, counts = zip(*side_by_side(lambda one: film_of(program, plan, one), samples), strict=True)
     films, rays = np.stack(films), sum(counts)
-    per_pixel = plan.side**2
+    per_pixel = len(samples) // plan.passes
     whole = films.reshape(per_pixel, plan.passes, 2, 3, -1).mean(axis=0)
     image, slope = (
         np.array(gathered(jnp.asarray(whole[:, part]), camera.height, camera.width)).reshape(pixels, 3)
         for part in (0, 1)
     )
-    chosen = _largest(slope) if refine and plan.footprint else np.zeros(0, int)
+    chosen = _largest(slope) if refine and plan.footprint and plan.draws == 1 else np.zeros(0, int)
     if chosen.size:
         side = SIDE * plan.footprint
         inside = np.asarray(sample_places(side, scene.dtype))
@@ -107,8 +107,9 @@ def derivative(
 
 def _regular(plan: Plan, camera: AbstractCamera) -> list[Samples]:
     """The passes of the whole picture, for each of the trees of a pixel."""
-    places = sample_places(plan.side, camera.look_from.dtype)
-    return [grid(plan, camera, jnp.int32(number), place) for place in places for number in range(plan.passes)]
+    draws = drawn(plan, sample_places(plan.side, camera.look_from.dtype))
+    each = [jax.tree.map(lambda a, k=k: a[k], draws) for k in range(len(draws.number))]
+    return [grid(plan, camera, jnp.int32(number), draw) for draw in each for number in range(plan.passes)]
 
 
 def _largest(slope: np.ndarray) -> np.ndarray:

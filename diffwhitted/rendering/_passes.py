@@ -10,7 +10,7 @@ from ..image import gathered
 from ..numerics._kept import kept
 from ..numerics._workers import side_by_side
 from ..scene import AbstractCamera, Scene, Tables
-from ..tree import Beyond, Plan, Record, film_of, grid, record, replay, sample_places, tables_of, trace
+from ..tree import Beyond, Plan, Record, drawn, film_of, first_of, grid, record, replay, sample_places, tables_of, trace
 from ._black import note_if_black
 
 
@@ -28,12 +28,13 @@ def trace_samples(
     With `beyond` there are three more channels: the most light that the branches that were not followed could bring.
     """
 
-    def one_sample(place):
-        light, left, descendants = trace(tables, camera, plan, grid(plan, camera, number, place), beyond)
+    def one_sample(draw):
+        light, left, descendants = trace(tables, camera, plan, grid(plan, camera, number, draw), beyond)
         film = light.stacked(axis=0)
         return (film if left is None else jnp.concatenate([film, left.stacked(axis=0)])), descendants
 
-    film, needed = jax.lax.map(one_sample, sample_places(max(plan.side, samples), camera.look_from.dtype))
+    places = sample_places(max(plan.side, samples), camera.look_from.dtype)
+    film, needed = jax.lax.map(one_sample, drawn(plan, places))
     return film.mean(axis=0), needed
 
 
@@ -56,13 +57,13 @@ def render_passes(scene: Scene, camera: AbstractCamera, plan: Plan, samples: int
 
 @eqx.filter_jit
 def _render_passes(tables: Tables, camera: AbstractCamera, plan: Plan, samples: int):
-    def one_sample(number, place):
-        light, lost = film_of(plan, (tables, camera, grid(plan, camera, number, place)))
+    def one_sample(number, draw):
+        light, lost = film_of(plan, (tables, camera, grid(plan, camera, number, draw)))
         return light.stacked(axis=0), lost
 
     def one_pass(number):
         places = sample_places(max(plan.side, samples), camera.look_from.dtype)
-        film, lost = jax.lax.map(lambda place: one_sample(number, place), places)
+        film, lost = jax.lax.map(lambda draw: one_sample(number, draw), drawn(plan, places))
         return film.mean(axis=0), lost.any()
 
     film, lost = jax.lax.map(one_pass, _pass_numbers(plan))
@@ -109,7 +110,7 @@ def record_passes(scene: Scene, camera: AbstractCamera, plan: Plan, place=None) 
 @kept
 def _record_passes(tables: Tables, camera: AbstractCamera, plan: Plan, place) -> Record:
     return jax.lax.map(
-        lambda number: record(tables, camera, plan, grid(plan, camera, number, place)), _pass_numbers(plan)
+        lambda number: record(tables, camera, plan, grid(plan, camera, number, first_of(place))), _pass_numbers(plan)
     )
 
 
@@ -135,7 +136,7 @@ def replay_passes(
 def _replay_passes(tables: Tables, camera: AbstractCamera, trees: Record, plan: Plan, place):
     def one_pass(inputs):
         number, tree = inputs
-        return replay(tables, camera, tree, plan, grid(plan, camera, number, place)).stacked(axis=0)
+        return replay(tables, camera, tree, plan, grid(plan, camera, number, first_of(place))).stacked(axis=0)
 
     film = jax.lax.map(one_pass, (_pass_numbers(plan), trees))
     return gathered(film, camera.height, camera.width)

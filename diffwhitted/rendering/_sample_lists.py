@@ -54,4 +54,6 @@ def packed_pass(plan: Plan, column: np.ndarray, row: np.ndarray, side: float, dt
     """One pass of these samples, and no ray in the rest of its room."""
     room = plan.pass_pixels - column.size
     columns, rows = (jnp.asarray(np.pad(a, (0, room), mode="edge"), dtype) for a in (column, row))
-    return Samples(columns, rows, jnp.arange(plan.pass_pixels) < plan.pass_pixels - room, jnp.asarray(side, dtype))
+    return Samples(
+        columns, rows, jnp.arange(plan.pass_pixels) < plan.pass_pixels - room, jnp.asarray(side, dtype), jnp.int32(0)
+    )

@@ -30,6 +30,9 @@ COEFFICIENTS: tuple[Row, ...] = (
     Row("extinction", "number or colour", "light is multiplied by exp(-extinction d) on d metres inside", unit="1/m",
         symbol="a", default=0.0, lowest=0.0, highest=inf, fit_bounds=(0.0, 1000.0), textured=False,
         source="Parker et al. 3.1"),
+    Row("abbe_number", "number", "(n_d - 1) / (n_F - n_C), of the index by wavelength; 0 for none", symbol="V",
+        default=0.0, lowest=0.0, highest=inf, fit_bounds=(5.0, 500.0), scale="log", moves="rays",
+        source="two-term Cauchy"),
 )  # fmt: skip
 """The coefficients that the package has."""
 

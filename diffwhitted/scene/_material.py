@@ -11,6 +11,7 @@ from .._errors import SceneError
 from ..records import is_traced, listed, nearest_name, number_array, require
 from ._classes import CLASS_NAMES, FRESNEL, MaterialClass, class_row
 from ._coefficients import BY_NAME, coefficients
+from ._dispersion import Curve, read_dispersion, written_dispersion
 
 HighlightModel = Literal["halfway", "reflected", "off"]
 HIGHLIGHTS: tuple[str, ...] = get_args(HighlightModel)
@@ -39,6 +40,9 @@ class Material(eqx.Module):
     class_: str = eqx.field(static=True)
     fresnel: str = eqx.field(static=True)
     fresnel_highlight: bool = eqx.field(static=True)
+    curve: Curve | None = eqx.field(static=True)
+    """The course of the index by wavelength, where it is that of a substance or of Sellmeier's formula."""
+    roughness_samples: int = eqx.field(static=True)
 
     def __init__(
         self,
@@ -47,6 +51,8 @@ class Material(eqx.Module):
         class_: str = CLASS_NAMES[0],
         fresnel: str | None = None,
         fresnel_highlight: bool = False,
+        dispersion=None,
+        roughness_samples: int = 16,
         place: str = "material",
         **stated,
     ):
@@ -56,6 +62,8 @@ class Material(eqx.Module):
         if unknown:
             raise TypeError(f"{place}: unknown coefficient {unknown[0]!r}; there are {', '.join(BY_NAME)}")
         _check_stated(self.kind, [*stated, *textures], place)
+        stated |= self._dispersed(dispersion, stated, place)
+        self.roughness_samples = _count(roughness_samples, place)
         values = {name: stated.get(name, default) for name, default in _defaults(self.kind).items()}
         self.values = {name: None if value is None else checked(name, value, place) for name, value in values.items()}
         if highlight not in HIGHLIGHTS:
@@ -66,6 +74,16 @@ class Material(eqx.Module):
         self.textures = tuple((key.removesuffix(TEXTURE), name) for key, name in textures.items() if name is not None)
         check_coat(self, place)
 
+    def _dispersed(self, dispersion, stated, place: str) -> dict:
+        """The coefficients that `dispersion` stands for, where they are not stated; sets the curve."""
+        found, self.curve = read_dispersion(dispersion, place)
+        beside = [name for name in found if name in stated and (name == "abbe_number" or self.curve is None)]
+        if beside:
+            raise SceneError(f"{place}: {beside[0]} is stated, and dispersion gives it too; leave one of them out")
+        if dispersion is not None:
+            _check_stated(self.kind, ["abbe_number"], place)
+        return {name: value for name, value in found.items() if name not in stated}
+
     def __getattr__(self, name: str):
         values = object.__getattribute__(self, "__dict__").get("values", {})
         if name in values:
@@ -74,6 +92,8 @@ class Material(eqx.Module):
             return dict(self.textures).get(name.removesuffix(TEXTURE))
         if name == "class":
             return self.class_
+        if name == "dispersion":
+            return written_dispersion(self.curve)
         raise AttributeError(f"a material has no {name!r}; there are {', '.join(values)}")
 
     @property
@@ -93,7 +113,13 @@ class Material(eqx.Module):
     def left_out(self) -> tuple[str, ...]:
         """The keys that a file need not state: what the class fixes, and what it says by default."""
         fixed = [row.name for row in coefficients() if not self.has(row.name)]
-        defaults = {"class": CLASS_NAMES[0], "fresnel": self.kind.fresnel[0], "fresnel_highlight": False}
+        defaults = {
+            "roughness_samples": 16,
+            "dispersion": None,
+            "class": CLASS_NAMES[0],
+            "fresnel": self.kind.fresnel[0],
+            "fresnel_highlight": False,
+        }
         return (*fixed, *(key for key, value in defaults.items() if getattr(self, key) == value))
 
     def source_of(self, name: str) -> str:
@@ -170,6 +196,12 @@ def _defaults(kind: MaterialClass) -> dict[str, Any]:
         else absent.get(row.name, row.default)
         for row in coefficients()
     }
+
+
+def _count(samples, place: str) -> int:
+    if isinstance(samples, bool) or not isinstance(samples, int) or not 1 <= samples <= 4096:
+        raise SceneError(f"{place}: roughness_samples = {samples!r}; allowed is a whole number from 1 to 4096")
+    return samples
 
 
 def _class(name, place: str) -> str:

@@ -26,6 +26,7 @@ TotalReflection = Literal["full", "whitted"]
 Precision = Literal["float32", "float64"]
 
 LARGEST_FOOTPRINT = 64
+LARGEST_BANDS = 128
 
 
 class Scene(eqx.Module):
@@ -51,6 +52,9 @@ class Scene(eqx.Module):
     total_internal_reflection: TotalReflection = eqx.field(static=True)
     shadows: ShadowModel = eqx.field(static=True)
     footprint: int = eqx.field(static=True)
+    bands: int = eqx.field(static=True)
+    """Of the spectrum, each traced by itself, where a material disperses light: 3 are red, green and blue; 1: no
+    dispersion."""
     keeps_digits: bool = eqx.field(static=True)
     """It is far from the origin of its coordinates: objects, lights, cameras and textures hold the numbers as they were
     given, and are in the scene's precision relative to the camera that sees them (see `near`)."""
@@ -70,6 +74,7 @@ class Scene(eqx.Module):
         total_internal_reflection: TotalReflection = "full",
         shadows: ShadowModel = "opaque",
         footprint: int = 0,
+        bands: int = 3,
         cutoff: float = 0.0,
         precision: Precision = "float32",
     ):
@@ -94,6 +99,7 @@ class Scene(eqx.Module):
         require(lambda a: (a >= 0).all(), "scene", "ambient", self.ambient, ">= 0")
         self.cutoff = cast(_cutoff(cutoff))
         self.max_depth, self.shadows, self.footprint = max_depth, shadows, footprint
+        self.bands = _bands(bands)
         self.total_internal_reflection = total_internal_reflection
         self._check_settings()
         self._check_references()
@@ -208,6 +214,14 @@ def _cutoff(value):
     cutoff = number_array(value, "scene", "cutoff", ((),))
     require(lambda a: 0 <= a < 1, "scene", "cutoff", cutoff, "0 (follow every branch) or more, below 1")
     return cutoff
+
+
+def _bands(bands) -> int:
+    if isinstance(bands, bool) or not isinstance(bands, int) or not (bands == 1 or 3 <= bands <= LARGEST_BANDS):
+        raise SceneError(
+            f"scene: bands = {bands!r}; allowed is 3 (red, green and blue) to {LARGEST_BANDS}, or 1 for no dispersion"
+        )
+    return bands
 
 
 def check_footprint(footprint, place: str = "scene: "):

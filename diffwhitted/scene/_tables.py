@@ -20,7 +20,8 @@ from ..numerics._vector import Vec3, vec3
 from ..records import changed, grouped, is_traced, stacked
 from ..shapes import OBJECTS, AbstractObject
 from ._coefficients import coefficients
-from ._material import CHOICES, textured_rows
+from ._dispersion import departures
+from ._material import CHOICES, Material, textured_rows
 from ._scene import Scene
 from ._search import Known, known_boxes, shapes_of
 from ._sheets import Sheet, sheets_of
@@ -73,6 +74,8 @@ class Tables(eqx.Module):
     rank: Int[Array, "objects"]
     """The order of the objects by their size, smallest first: where solids overlap, the first one counts."""
     marks: Marks
+    departures: Float[Array, "materials bands"] | None = None
+    """By how much the index of each material departs from that of the line d in each band; None: nowhere."""
     max_depth: Int[Array, ""] | None = None
     """In place of the plan's, which it does not exceed: a value, so that pictures of every depth share a program."""
 
@@ -139,7 +142,14 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         glass_of=shapes.by_surface(place_in_glass[material_of]),
         rank=_ranked(objects),
         marks=changed(marks, boxes=()),
+        departures=_departures(scene, materials),
     )
+
+
+def _departures(scene: Scene, materials: Sequence[Material]):
+    if all(material.curve is None for material in materials):
+        return None
+    return jnp.asarray(np.stack([departures(material.curve, scene.bands) for material in materials]), scene.dtype)
 
 
 def marks_of(

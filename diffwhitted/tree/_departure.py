@@ -10,6 +10,7 @@ from ..numerics._vector import Vec3
 from ..scene import AbstractCamera, Tables
 from ._arrival import Arrival, Origin
 from ._branch import child, departure
+from ._dispersion import of_band
 from ._plan import MOST_PASSED, Plan
 from ._samples import Samples
 
@@ -29,7 +30,10 @@ def departing(
         column, row = samples.column[origin.sample], samples.row[origin.sample]
         one = jnp.ones_like(column)
         footprint = camera.footprint(column, row, samples.side) if plan.footprint else None
-        return camera.rays(column, row), footprint, Vec3(one, one, one)
+        factor = Vec3(one, one, one)
+        if plan.bands > 1:
+            factor = factor * of_band(plan, samples, one.dtype)
+        return camera.rays(column, row), footprint, factor
 
     def children(parents):
         return child(tables, plan, parents, origin.branch, alive.any())

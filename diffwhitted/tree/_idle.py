@@ -51,12 +51,14 @@ def _coefficient(scene: Scene, material: str, coefficient: str, free: Collection
         return f'material {material!r} has highlight = "off"; choose "halfway" or "reflected"'
     if coefficient == "phong_exponent" and not at_work("k_h"):
         return f"{material}.k_h = 0, so there is no highlight; give k_h a value or free it too"
-    if coefficient == "refractive_index" and not (at_work("k_t") or _weighs(record, at_work)):
+    if coefficient in ("refractive_index", "abbe_number") and not (at_work("k_t") or _weighs(record, at_work)):
         return (
             f"{material}.k_t = 0, so no light passes through; give k_t a value or free it too, or write "
             'fresnel = "exact", by which it shows in the mirror ray'
         )
-    if coefficient == "extinction" and not at_work("k_t"):
+    if coefficient == "abbe_number" and scene.bands == 1:
+        return "bands = 1: no dispersion is traced; raise it"
+    if coefficient in ("extinction", "abbe_number") and not at_work("k_t"):
         return f"{material}.k_t = 0, so no light passes through; give k_t a value or free it too"
     if coefficient in ("k_t", "refractive_index", "k_s") and max_depth == 1:
         if coefficient == "k_s" and record.k_h is None and record.highlight != "off" and scene.lights:

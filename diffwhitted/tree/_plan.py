@@ -65,6 +65,10 @@ class Plan:
     """Rays have the footprint of one of footprint x footprint squares of a pixel; 0: none."""
     samples: int
     """Points along the side of a pixel in place of a footprint that something in the scene does not know; else 1."""
+    bands: int
+    """Of the spectrum, each a tree; 1 where nothing disperses light."""
+    gloss: int
+    """Trees at the least, over which what is rough is averaged; 1 where nothing is."""
     total_reflection_is_full: bool
     highlight_models: tuple[str, ...]
     """That there are in the scene: "halfway", "reflected", "off"."""
@@ -94,6 +98,11 @@ class Plan:
     def program(self) -> "Plan":
         """What selects a compiled program: the plan without names."""
         return replace(self, at_work=(), shared=())
+
+    @property
+    def draws(self) -> int:
+        """Trees that a place in a pixel takes at the least."""
+        return self.bands * self.gloss
 
     @property
     def side(self) -> int:
@@ -137,6 +146,8 @@ class Plan:
         textured = not needed.textured or self.textured == needed.textured
         if not (textured and set(needed.highlight_models) <= set(self.highlight_models)):
             return "it was made for a scene with other highlights or textures"
+        if self.bands < needed.bands or self.gloss < needed.gloss:
+            return "it was made for fewer bands, or for fewer samples of what is rough"
         if self.total_reflection_is_full != needed.total_reflection_is_full:
             return "it was made for another total_internal_reflection"
         return None
@@ -183,6 +194,8 @@ def make_plan(
         max_depth=depth,
         footprint=trees,
         samples=points,
+        bands=scene.bands if "dispersion" in effects else 1,
+        gloss=_gloss(scene) if "gloss" in effects else 1,
         total_reflection_is_full=scene.total_internal_reflection == "full",
         highlight_models=tuple(model for model in HIGHLIGHTS if any(m.highlight == model for m in used.values())),
         textured=texture_groups(scene) if "textures" in effects else (),
@@ -252,6 +265,12 @@ def texture_groups(scene: Scene) -> tuple[tuple[str, ...], ...]:
         if any(worn):
             groups.setdefault(worn, []).append(row.name)
     return tuple(map(tuple, groups.values()))
+
+
+def _gloss(scene: Scene) -> int:
+    """The most samples that a rough material asks for."""
+    used = {thing.material for thing in scene.objects}
+    return max((scene.materials[name].roughness_samples for name in used), default=1)
 
 
 def _may_weigh_nothing(scene: Scene, used: Collection[str], free: Collection[str]) -> bool:

@@ -161,3 +161,19 @@ def _looks_at_indices(asked: Asked, thing: AbstractObject) -> bool:
     material = asked.scene.materials[thing.material]
     bent = material.fresnel_model in ("exact", "schlick") and (material.fresnel_highlight or _splits(asked, thing))
     return bent and not asked.reasons.get((thing.material, "k_t"))
+
+
+def dispersing(asked: Asked) -> str | None:
+    """Some object's index hangs on the wavelength, and is looked at."""
+    for thing in asked.scene.objects:
+        material = asked.scene.materials[thing.material]
+        reason = asked.reasons.get((thing.material, "abbe_number"))
+        reason = f"dispersion = {material.dispersion}" if material.curve else reason
+        bent = asked.reasons.get((thing.material, "k_t")) or _looks_at_indices(asked, thing)
+        if reason and bent:
+            return f"object {thing.name!r}: {reason}"
+    return None
+
+
+def one_band(asked: Asked) -> str | None:
+    return "bands = 1" if asked.scene.bands == 1 else None

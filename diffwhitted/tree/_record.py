@@ -32,6 +32,7 @@ from ._arrival import BRANCHES, PAST, TRANSMITTED, Arrival, Origin, arrival
 from ._beam import arriving
 from ._branch import branches
 from ._departure import any_ray, departing, parents_of, sides_of
+from ._dispersion import at_band
 from ._media import media
 from ._plan import Plan
 from ._samples import Samples, Window
@@ -93,6 +94,7 @@ def follow(
     Blocks are taken from the front of the queue until it is empty or the room is used up. Of a `window` of the samples
     the tree is given up as soon as it outgrows the room.
     """
+    tables = at_band(tables, plan, samples)
     samples, cameras = (samples, plan.pass_pixels) if window is None else window.of(plan, samples)
     room = cameras + plan.capacity
     one = jnp.ones(plan.block, tables.ambient.dtype)

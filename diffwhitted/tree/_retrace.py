@@ -18,6 +18,7 @@ from ._absorption import left_after
 from ._arrival import Arrival, arrival
 from ._beam import arriving
 from ._departure import any_ray, departing
+from ._dispersion import at_band
 from ._local import local_radiance
 from ._plan import Plan
 from ._record import Nodes, Record
@@ -61,6 +62,7 @@ def visit(
 ) -> tuple[Vec3, State]:
     """What the nodes of a block add to the film, and their part of the state."""
     tables, camera, samples = given
+    tables = at_band(tables, plan, samples)
     at, throughput = (None, None) if parents is None else parents
     ray, footprint, factor = departing(tables, camera, plan, samples, at, nodes.origin, alive)
     if parents is not None:

@@ -20,6 +20,15 @@ class Samples(eqx.Module):
     """False: no ray, and 0 on the film."""
     side: Float[Array, ""]
     """Of the square that each stands for, in pixels; of no meaning where rays have no footprint."""
+    draw: Int[Array, ""]
+    """Which of the pixel's samples it is (see `drawn`): it decides on the band and on what is left to chance."""
+
+
+class Draw(eqx.Module):
+    """Samples of a pixel: a place in it (column, row; 0.5, 0.5 the middle), and their numbers."""
+
+    place: Float[Array, "*samples 2"]
+    number: Int[Array, "*samples"]
 
 
 class Window(eqx.Module):
@@ -45,16 +54,20 @@ class Window(eqx.Module):
         return jnp.where(number < plan.pass_pixels, number, 0)
 
 
-def grid(plan: Plan, camera: AbstractCamera, number: Int[Array, ""], place: Float[Array, "2"], side=None) -> Samples:
-    """The regular samples of pass `number`: one a pixel, at `place` (column, row; 0.5, 0.5 the centre) inside it.
+def grid(plan: Plan, camera: AbstractCamera, number: Int[Array, ""], draw: Draw, side=None) -> Samples:
+    """The regular samples of pass `number`: one a pixel.
 
     `side` of the square that each stands for, in pixels; without it, that of the plan's footprint.
     """
     pixel = pixel_of(plan, number, jnp.arange(plan.pass_pixels, dtype=jnp.int32))
     last = camera.width * camera.height - 1
-    column, row = camera.place(jnp.minimum(pixel, last), place)
+    column, row = camera.place(jnp.minimum(pixel, last), draw.place)
     return Samples(
-        column, row, pixel <= last, jnp.asarray(1 / max(plan.footprint, 1) if side is None else side, column.dtype)
+        column,
+        row,
+        pixel <= last,
+        jnp.asarray(1 / max(plan.footprint, 1) if side is None else side, column.dtype),
+        draw.number,
     )
 
 
@@ -63,6 +76,24 @@ def pixel_of(plan: Plan, number, sample):
     ... (see `image.dealt`).
     """
     return number + plan.passes * sample
+
+
+def drawn(plan: Plan, places: Float[Array, "places 2"]) -> Draw:
+    """The samples of a pixel at these places, so many times over as bands and gloss ask for; their mean is the pixel.
+
+    Sample `number` is of band `number` mod `plan.bands`; those of one place and one band differ in what is left to
+    chance.
+    """
+    times = -(-plan.gloss // len(places))
+    return Draw(
+        jnp.tile(jnp.repeat(places, plan.bands, axis=0), (times, 1)),
+        jnp.arange(times * len(places) * plan.bands, dtype=jnp.int32),
+    )
+
+
+def first_of(place: Float[Array, "2"]) -> Draw:
+    """The first sample at a place."""
+    return Draw(place, jnp.int32(0))
 
 
 def sample_places(side: int, dtype) -> Float[Array, "samples 2"]:

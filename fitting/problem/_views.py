@@ -9,11 +9,11 @@ from dataclasses import replace
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 from diffwhitted.image import dealt, gathered
 from diffwhitted.scene import Marks, PixelFilter
-from diffwhitted.tree import Plan, Record, Samples, sample_places
+from diffwhitted.tree import Plan, Record, Samples, drawn, sample_places
 
 from ._sight import Sight
 
@@ -36,6 +36,8 @@ class Part(eqx.Module):
     there: Bool[Array, "pixels"]
     place: Float[Array, "2"]
     """Where in each pixel the sample is: a pass is as many parts as there are samples a pixel."""
+    draw: Int[Array, ""]
+    """The number of the sample (see `drawn`)."""
     side: Float[Array, ""]
     """Of the square that a sample stands for, in pixels."""
     sight: Sight
@@ -48,7 +50,7 @@ class Part(eqx.Module):
     @property
     def samples(self) -> Samples:
         """Where the rays of the pixels go."""
-        return Samples(self.column + self.place[0], self.row + self.place[1], self.there, self.side)
+        return Samples(self.column + self.place[0], self.row + self.place[1], self.there, self.side, self.draw)
 
 
 class View(eqx.Module):
@@ -97,11 +99,13 @@ def view_of(
     content = np.concatenate([image, weight, column[..., None], row[..., None], np.ones((height, width, 1))], axis=-1)
     each = dealt(jnp.asarray(content, dtype), passes, plan.pass_pixels)
     side_of = jnp.asarray(side, dtype)
+    draws = drawn(plan, places)
     parts = [
         Part(
-            each[n, :3], each[n, 3:6], each[n, 6], each[n, 7], each[n, 8] > 0, place, side_of, sight, None, marks, plan
+            each[n, :3], each[n, 3:6], each[n, 6], each[n, 7], each[n, 8] > 0, place, draw, side_of, sight, None, marks,
+            plan,
         )
-        for place in places
+        for place, draw in zip(draws.place, draws.number, strict=True)
         for n in range(passes)
     ]  # fmt: skip
     return View(tuple(parts), image, weight, passes, step)
@@ -140,12 +144,16 @@ def some_passes(view: View, count: int) -> View:
 def finer(view: View) -> View:
     """2 x 2 samples in place of one; where rays move."""
 
-    def quarter(part: Part, place) -> Part:
-        return replace(part, place=part.place + (place - 0.5) * part.side, side=part.side / 2)
+    def quarter(part: Part, number: int, place) -> Part:
+        # Of the same band, and by chance another one.
+        bands = part.plan.bands
+        draw = part.draw % bands + bands * (part.draw // bands * 4 + number)
+        return replace(part, place=part.place + (place - 0.5) * part.side, side=part.side / 2, draw=draw)
 
     groups = [view.parts[n : n + view.passes] for n in range(0, len(view.parts), view.passes)]
     quarters = sample_places(2, view.parts[0].place.dtype)
-    return replace(view, parts=tuple(quarter(part, place) for group in groups for place in quarters for part in group))
+    parts = (quarter(part, k, place) for group in groups for k, place in enumerate(quarters) for part in group)
+    return replace(view, parts=tuple(parts))
 
 
 def reweighted(view: View, weight: np.ndarray) -> View:
@@ -166,5 +174,12 @@ def retargeted(view: View, image: np.ndarray) -> View:
 
 def at_places(view: View, places: Float[Array, "places 2"]) -> View:
     """The view with one sample at each of these places in every pixel, not yet traced; where no ray moves."""
-    passes = view.parts[: view.passes]
-    return replace(view, parts=tuple(replace(part, place=place, trees=None) for place in places for part in passes))
+    passes, draws = view.parts[: view.passes], drawn(view.parts[0].plan, places)
+    return replace(
+        view,
+        parts=tuple(
+            replace(part, place=place, draw=draw, trees=None)
+            for place, draw in zip(draws.place, draws.number, strict=True)
+            for part in passes
+        ),
+    )

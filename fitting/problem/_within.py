@@ -18,14 +18,16 @@ def within_pixels(problem: Problem, values) -> list[np.ndarray]:
     """
     asked, found = problem.asked(values), []
     for view in problem.views:
-        if len(view.parts) == view.passes:
+        bands = view.parts[0].plan.bands
+        if len(view.parts) == view.passes * bands:
             found.append(np.zeros_like(view.image, np.float64))
             continue
         films = []
         for number in range(view.passes):
             lights = side_by_side(lambda part: with_room(asked.rows, part)[1], view.places_of(number))
-            stack = np.stack([np.asarray(light, np.float64) for light in lights])
-            rough = _beyond_smooth(np.stack([np.asarray(part.place) for part in view.places_of(number)]))
+            each = np.stack([np.asarray(light, np.float64) for light in lights])
+            stack = each.reshape(-1, bands, *each.shape[1:]).mean(axis=1)
+            rough = _beyond_smooth(np.stack([np.asarray(part.place) for part in view.places_of(number)[::bands]]))
             films.append((np.tensordot(rough, stack, 1) ** 2).mean(axis=0))
         if view.filter == "box":
             found.append(np.asarray(view.picture(np.stack(films)), np.float64))

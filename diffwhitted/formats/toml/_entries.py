@@ -69,7 +69,7 @@ class Entry(BaseModel):
             stated = {"type": get_args(cls.model_fields["type"].annotation)[0]} | stated
         held = {field: getattr(record, field, None) for field in cls.model_fields if field not in stated}
         values = stated | {
-            field: value if isinstance(value, (str, int)) else _listed(value)
+            field: value if isinstance(value, (str, int, dict)) else _listed(value)
             for field, value in held.items()
             if value is not None
         }
@@ -81,6 +81,8 @@ class MaterialEntry(Entry):
 
     def record(self, place: str, dtype):
         stated = {field: self.value(field, place, dtype) for field in self.model_fields_set if field != "name"}
+        if isinstance(table := stated.get("dispersion"), BaseModel):
+            stated["dispersion"] = table.model_dump(exclude_none=True)
         return self.made(place=place, **{field: value for field, value in stated.items() if value is not None})
 
 

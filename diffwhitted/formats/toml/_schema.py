@@ -41,6 +41,19 @@ class GradientTable(Entry):
     gradient: listed(Colour, 2, 2) = Field(description="Linear RGB straight down, then straight up.")
 
 
+class DispersionTable(Entry):
+    """How a refractive index changes with the wavelength; one of these keys."""
+
+    abbe: number(exclusiveMinimum=0) | None = Field(None, description="Abbe number V of a two-term Cauchy.")
+    cauchy: listed(float, 2, 2) | None = Field(None, description="A and B of A + B / λ², λ in micrometres.")
+    sellmeier: listed(listed(float, 1), 2, 2) | None = Field(None, description="B and C of Sellmeier's formula.")
+
+
+def _dispersion():
+    kinds = Annotated[str, Tag("name")] | Annotated[DispersionTable, Tag("dispersion table")]
+    return Annotated[kinds, Discriminator(lambda value: "name" if isinstance(value, str) else "dispersion table")]
+
+
 def _one_of(entries: dict[str, type[Entry]]):
     """One table of these, as its `type` says."""
     models = tuple(entries.values())
@@ -97,6 +110,10 @@ class FileModels:
                     "How k_s and k_t change with the angle: exact (Fresnel), schlick, off; by default as the class "
                     "has it, off for whitted and exact for dielectric."
                 ),
+            ),
+            dispersion=(
+                _dispersion(),
+                optional("How the index hangs on the wavelength: a table, or a substance's name."),
             ),
             fresnel_highlight=(bool, Field(False, description="The highlight is multiplied by that reflectance too.")),
             **{
@@ -158,6 +175,8 @@ def _settings(background) -> type[Entry]:
             "tinted: each surface crossed multiplies the light by its k_t."))),
         cutoff=(number(minimum=0, exclusiveMaximum=1), Field(0, description=(
             "A branch that would carry less than this in every channel is not followed; 0: all are."))),
+        bands=(int, Field(3, json_schema_extra={"minimum": 1, "maximum": 128}, description=(
+            "Of the spectrum, where a material disperses light: 3 are red, green and blue; 1: no dispersion."))),
         footprint=(int, Field(0, json_schema_extra=trees, description=(
             "k: k x k trees a pixel, whose rays average what they meet over their share of it; 0: points."))),
     )  # fmt: skip
