@@ -23,6 +23,7 @@ from ..tree import (
     Beyond,
     Plan,
     Samples,
+    averaged,
     likely_room,
     make_plan,
     sample_places,
@@ -282,10 +283,14 @@ def _pass(
         samples = Samples(
             corners.column + places[number, 0], corners.row + places[number, 1], corners.there, side, jnp.int32(0)
         )
-        if beyond is None:
+
+        def one(samples):
+            if beyond is not None:
+                return trace_left_out(tables, camera, plan, samples, beyond)
             light, _, descendants = trace(tables, camera, plan, samples)
-        else:
-            light, descendants = trace_left_out(tables, camera, plan, samples, beyond)
+            return light, descendants
+
+        light, descendants = averaged(plan, samples, one)
         return film + light.stacked(axis=0), jnp.maximum(most, descendants), total + descendants
 
     nothing = jnp.zeros((3, plan.pass_pixels), camera.look_from.dtype), jnp.int32(0), jnp.int32(0)

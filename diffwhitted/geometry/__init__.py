@@ -18,7 +18,7 @@ from ._footprint import (
 )  # fmt: skip
 from ._hit import Hit
 from ._ray import NOTHING, Departure, Ray, Sheets, sheet_at
-from ._search import GRAZING, Shapes, blocked, containing, crossing_counts, nearest, surface_at
+from ._search import GRAZING, Shapes, blocked, containing, crossing_counts, nearest, surface_at, towards
 from ._sheets import hidden_by_layers, in_order, layers_crossed, neighbours
 from ._surface import AbstractSurfaces
 
@@ -28,5 +28,5 @@ __all__ = [
     "crosswise", "crossing_counts", "curvature_at", "edge_of", "free", "hidden_by_layers", "hidden_parts",
     "in_order", "layers_crossed", "near_silhouettes", "neighbours", "nearest", "nearest_part", "on_surface",
     "outwards", "part_of", "prepare", "search", "searcher", "sheet_at", "silhouette_of", "steps_on_surface",
-    "surface_at", "uncovered",
+    "surface_at", "towards", "uncovered",
 ]  # fmt: skip

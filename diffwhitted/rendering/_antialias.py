@@ -17,7 +17,7 @@ from jaxtyping import Array, Float, Int
 from .._errors import SceneError
 from ..numerics._kept import kept
 from ..scene import AbstractCamera, Scene, Tables, depth_number, near
-from ..tree import Plan, Samples, likely_room, make_plan, tables_of, trace_beside_small
+from ..tree import Plan, Samples, averaged, likely_room, make_plan, tables_of, trace_beside_small
 from ._sample_lists import packed_pass, traced_list
 
 LEVELS = 3
@@ -189,5 +189,5 @@ def _pass(
     """One pass: colour, and how much light comes along rays that pass by something small; and the number of
     descendants.
     """
-    light, beside, descendants = trace_beside_small(tables, camera, plan, samples)
+    light, beside, descendants = averaged(plan, samples, lambda s: trace_beside_small(tables, camera, plan, s))
     return jnp.concatenate([light.stacked(axis=0), beside.x[None]]), descendants

@@ -59,7 +59,6 @@ def _called_for(scene: Scene, plan: Plan) -> dict[str, Bool[Array, ""] | bool]:
     }
     return added | {
         "absorption": reduce(jnp.logical_or, map(_absorbs, used), jnp.bool_(False)) & deep,
-        "dispersion": reduce(jnp.logical_or, map(_disperses, used), jnp.bool_(False)) & deep & (scene.bands > 1),
         "ambient": _any(m.at_work("k_a") for m in used) & _positive(scene.ambient),
         "diffuse": _any(m.k_d for m in used) & lit,
         "highlight": _any(m.highlight_coefficient() for m in used if m.highlight != "off") & lit,
@@ -71,10 +70,6 @@ def _called_for(scene: Scene, plan: Plan) -> dict[str, Bool[Array, ""] | bool]:
         "textures": _any(m.at_work(name) for m in used for name, _ in m.textures),
         "cutoff": _positive(scene.cutoff) & plan.effects.branching,
     }
-
-
-def _disperses(material: Material) -> Bool[Array, ""]:
-    return _positive(material.k_t) & _positive(material.abbe_number)
 
 
 def _absorbs(material: Material) -> Bool[Array, ""]:

@@ -33,8 +33,14 @@ COEFFICIENTS: tuple[Row, ...] = (
     Row("abbe_number", "number", "(n_d - 1) / (n_F - n_C), of the index by wavelength; 0 for none", symbol="V",
         default=0.0, lowest=0.0, highest=inf, fit_bounds=(5.0, 500.0), scale="log", moves="rays",
         source="two-term Cauchy"),
+    Row("roughness", "number", "standard deviation of the slopes of a rough surface, along each axis", symbol="σ",
+        default=0.0, lowest=0.0, highest=inf, fit_bounds=(0.0, 0.5), moves="rays", source="Whitted 1980, section 2"),
 )  # fmt: skip
 """The coefficients that the package has."""
+
+SWITCHED: tuple[str, ...] = ("abbe_number", "roughness")
+"""Those that a material has only where one is stated that is not zero: each of them takes several trees a pixel, and
+scenes that state none are to cost what they did."""
 
 _added: list[Row] = []
 

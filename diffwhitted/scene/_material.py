@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 from .._errors import SceneError
 from ..records import is_traced, listed, nearest_name, number_array, require
 from ._classes import CLASS_NAMES, FRESNEL, MaterialClass, class_row
-from ._coefficients import BY_NAME, coefficients
+from ._coefficients import BY_NAME, SWITCHED, coefficients
 from ._dispersion import Curve, read_dispersion, written_dispersion
 
 HighlightModel = Literal["halfway", "reflected", "off"]
@@ -43,6 +43,8 @@ class Material(eqx.Module):
     curve: Curve | None = eqx.field(static=True)
     """The course of the index by wavelength, where it is that of a substance or of Sellmeier's formula."""
     roughness_samples: int = eqx.field(static=True)
+    switched: tuple[str, ...] = eqx.field(static=True)
+    """The coefficients of `SWITCHED` that it states."""
 
     def __init__(
         self,
@@ -69,6 +71,7 @@ class Material(eqx.Module):
         if highlight not in HIGHLIGHTS:
             raise SceneError(f"{place}: highlight = {highlight!r}; allowed is {', '.join(HIGHLIGHTS)}")
         self.highlight = highlight
+        self.switched = tuple(name for name in SWITCHED if _stated(self.values[name]))
         self.fresnel = _fresnel(self.kind, fresnel, place)
         self.fresnel_highlight = _fresnel_highlight(self.kind, self.fresnel, fresnel_highlight, place)
         self.textures = tuple((key.removesuffix(TEXTURE), name) for key, name in textures.items() if name is not None)
@@ -107,8 +110,12 @@ class Material(eqx.Module):
         return "metal" if self.class_ == "metal" and self.fresnel != "off" else self.fresnel
 
     def has(self, name: str) -> bool:
-        """Does its class have the coefficient?"""
-        return self.kind.stated(name)
+        """Does its class have the coefficient and, of one of `SWITCHED`, does it state it?"""
+        return self.kind.stated(name) and (name not in SWITCHED or name in self.switched)
+
+    @property
+    def is_rough(self) -> bool:
+        return "roughness" in self.switched
 
     def left_out(self) -> tuple[str, ...]:
         """The keys that a file need not state: what the class fixes, and what it says by default."""
@@ -148,6 +155,10 @@ CHOICES: Mapping[str, tuple[tuple, Callable[[Material], Any]]] = {
     "polished": ((False, True), lambda m: m.class_ == "polished"),
 }
 """What a material chooses beside its coefficients: the words that there are, and which one it has chosen."""
+
+
+def _stated(value) -> bool:
+    return is_traced(value) or bool(value != 0)
 
 
 def textured_rows():

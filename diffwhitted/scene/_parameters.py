@@ -290,6 +290,11 @@ def _no_material(scene: Scene, name: str) -> Any:
 
 
 def _not_of_class(material: str, coefficient: str, kind: MaterialClass) -> SceneError:
+    if kind.stated(coefficient):
+        return SceneError(
+            f"coefficient '{material}.{coefficient}': material {material!r} states none; write one in the scene, "
+            "not zero"
+        )
     has = ", ".join(kind.has or ())
     return SceneError(
         f"coefficient '{material}.{coefficient}': material {material!r} is of class {kind.name!r}, which has no "

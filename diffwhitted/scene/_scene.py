@@ -55,6 +55,8 @@ class Scene(eqx.Module):
     bands: int = eqx.field(static=True)
     """Of the spectrum, each traced by itself, where a material disperses light: 3 are red, green and blue; 1: no
     dispersion."""
+    seed: int = eqx.field(static=True)
+    """Of what is left to chance (see `roughness`): another one draws other samples."""
     keeps_digits: bool = eqx.field(static=True)
     """It is far from the origin of its coordinates: objects, lights, cameras and textures hold the numbers as they were
     given, and are in the scene's precision relative to the camera that sees them (see `near`)."""
@@ -75,6 +77,7 @@ class Scene(eqx.Module):
         shadows: ShadowModel = "opaque",
         footprint: int = 0,
         bands: int = 3,
+        seed: int = 0,
         cutoff: float = 0.0,
         precision: Precision = "float32",
     ):
@@ -99,7 +102,7 @@ class Scene(eqx.Module):
         require(lambda a: (a >= 0).all(), "scene", "ambient", self.ambient, ">= 0")
         self.cutoff = cast(_cutoff(cutoff))
         self.max_depth, self.shadows, self.footprint = max_depth, shadows, footprint
-        self.bands = _bands(bands)
+        self.bands, self.seed = _bands(bands), _seed(seed)
         self.total_internal_reflection = total_internal_reflection
         self._check_settings()
         self._check_references()
@@ -222,6 +225,12 @@ def _bands(bands) -> int:
             f"scene: bands = {bands!r}; allowed is 3 (red, green and blue) to {LARGEST_BANDS}, or 1 for no dispersion"
         )
     return bands
+
+
+def _seed(seed) -> int:
+    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**31:
+        raise SceneError(f"scene: seed = {seed!r}; allowed is a whole number from 0 to 2147483647")
+    return seed
 
 
 def check_footprint(footprint, place: str = "scene: "):

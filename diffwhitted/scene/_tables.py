@@ -76,6 +76,8 @@ class Tables(eqx.Module):
     marks: Marks
     departures: Float[Array, "materials bands"] | None = None
     """By how much the index of each material departs from that of the line d in each band; None: nowhere."""
+    seed: Int[Array, ""] | None = None
+    """Of what is left to chance; None where nothing is."""
     max_depth: Int[Array, ""] | None = None
     """In place of the plan's, which it does not exceed: a value, so that pictures of every depth share a program."""
 
@@ -143,6 +145,7 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         rank=_ranked(objects),
         marks=changed(marks, boxes=()),
         departures=_departures(scene, materials),
+        seed=jnp.int32(scene.seed) if any(m.is_rough for m in materials) else None,
     )
 
 

@@ -52,7 +52,7 @@ def child(
     if plan.effects.refraction:
         bent = refracted(at.direction, at.shading_normal, bend)
         direction = bent if direction is None else where(branch == TRANSMITTED, bent, direction)
-    if at.lifted is not None:
+    if at.lifted is not None or plan.effects.gloss:
         direction = on_its_side(direction, at.normal, branch == TRANSMITTED)
     return Ray(at.point, direction), None, factor
 

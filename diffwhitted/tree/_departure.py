@@ -11,6 +11,7 @@ from ..scene import AbstractCamera, Tables
 from ._arrival import Arrival, Origin
 from ._branch import child, departure
 from ._dispersion import of_band
+from ._gloss import chances, roughened
 from ._plan import MOST_PASSED, Plan
 from ._samples import Samples
 
@@ -36,6 +37,8 @@ def departing(
         return camera.rays(column, row), footprint, factor
 
     def children(parents):
+        if plan.effects.gloss:
+            parents = roughened(tables, plan, parents, chances(samples, origin, origin.level - 1))
         return child(tables, plan, parents, origin.branch, alive.any())
 
     if not plan.branching:

@@ -27,7 +27,7 @@ def at_band(tables: Tables, plan: Plan, samples: Samples) -> Tables:
         return tables
     index, abbe = tables.coefficients["refractive_index"], tables.coefficients["abbe_number"]
     apart = jnp.asarray(spread(wavelengths(plan.bands)), index.dtype)[_band(plan, samples)]
-    bent: Float[Array, materials] = index + (index - 1) * safe_divide(1, abbe) * apart
+    bent = index + (index - 1) * safe_divide(1, abbe) * apart
     if tables.departures is not None:
         bent = bent + tables.departures[:, _band(plan, samples)].astype(index.dtype)
     return replace(tables, coefficients=tables.coefficients | {"refractive_index": bent})

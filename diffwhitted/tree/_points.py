@@ -14,6 +14,9 @@ def points_only(scene: Scene) -> str | None:
     for thing in scene.objects:
         if not thing.FAMILY.FOOTPRINT:
             return f"object {thing.name!r} ({thing.TYPE})"
+    used = {thing.material for thing in scene.objects}
+    if name := next((name for name in sorted(used) if scene.materials[name].is_rough), None):
+        return f"material {name!r} (roughness)"
     worn = {texture for material in scene.materials.values() for _, texture in material.textures}
     plain = (name for name in texture_names(scene) if name in worn and not scene.textures[name].FOOTPRINT)
     return next((f"texture {name!r} ({scene.textures[name].TYPE})" for name in plain), None)

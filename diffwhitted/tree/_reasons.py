@@ -167,7 +167,7 @@ def dispersing(asked: Asked) -> str | None:
     """Some object's index hangs on the wavelength, and is looked at."""
     for thing in asked.scene.objects:
         material = asked.scene.materials[thing.material]
-        reason = asked.reasons.get((thing.material, "abbe_number"))
+        reason = f"{thing.material}.abbe_number" if "abbe_number" in material.switched else None
         reason = f"dispersion = {material.dispersion}" if material.curve else reason
         bent = asked.reasons.get((thing.material, "k_t")) or _looks_at_indices(asked, thing)
         if reason and bent:
@@ -177,3 +177,11 @@ def dispersing(asked: Asked) -> str | None:
 
 def one_band(asked: Asked) -> str | None:
     return "bands = 1" if asked.scene.bands == 1 else None
+
+
+def rough(asked: Asked) -> str | None:
+    """Some object sends its rays on along normals that vary."""
+    for thing in asked.scene.objects:
+        if asked.scene.materials[thing.material].is_rough and _splits(asked, thing):
+            return f"object {thing.name!r}: {thing.material}.roughness"
+    return None

@@ -33,6 +33,7 @@ from ._beam import arriving
 from ._branch import branches
 from ._departure import any_ray, departing, parents_of, sides_of
 from ._dispersion import at_band
+from ._gloss import chances, roughened
 from ._media import media
 from ._plan import Plan
 from ._samples import Samples, Window
@@ -75,7 +76,8 @@ def record(
     tables: Tables, camera: AbstractCamera, plan: Plan, samples: Samples, window: Window | None = None
 ) -> Record:
     """The tree of the samples of a pass, or of a window of them."""
-    return follow(*jax.lax.stop_gradient((tables, camera)), plan, jax.lax.stop_gradient(samples), window=window)[0]
+    tables, camera, samples = jax.lax.stop_gradient((tables, camera, samples))
+    return follow(at_band(tables, plan, samples), camera, plan, samples, window=window)[0]
 
 
 def follow(
@@ -94,7 +96,6 @@ def follow(
     Blocks are taken from the front of the queue until it is empty or the room is used up. Of a `window` of the samples
     the tree is given up as soon as it outgrows the room.
     """
-    tables = at_band(tables, plan, samples)
     samples, cameras = (samples, plan.pass_pixels) if window is None else window.of(plan, samples)
     room = cameras + plan.capacity
     one = jnp.ones(plan.block, tables.ambient.dtype)
@@ -102,7 +103,7 @@ def follow(
     weighed = light_of is not None or plan.effects.cutoff or plan.zero_weights
     lit = light_of is not None and window is not None
     bounded = beyond is not None and plan.branching
-    follow_rays = jax.jit(partial(_follow, tables, plan))  # traced once, for its shapes and for its results
+    follow_rays = jax.jit(partial(_follow, tables, plan, samples))  # traced once, for its shapes and for its results
 
     def waiting(q: _Queue):
         return (q.start < jnp.minimum(q.count, room)) & ((window is None) | (q.count <= room))
@@ -190,6 +191,7 @@ def _origin(
 def _follow(
     tables: Tables,
     plan: Plan,
+    samples: Samples,
     ray: Ray,
     footprint: Footprint | None,
     departure: Departure,
@@ -217,7 +219,8 @@ def _follow(
     nodes = Nodes(primitive, crossing, hit.entering, outside, inside, seen, cut, origin)
     if not plan.branching:
         return nodes, at, None
-    return nodes, at, stage(needed, lambda *a: branches(tables, plan, *a), at)
+    bent = at if not plan.effects.gloss else roughened(tables, plan, at, chances(samples, origin, origin.level))
+    return nodes, at, stage(needed, lambda *a: branches(tables, plan, *a), bent)
 
 
 def _meets(tables: Tables, ray: Ray, footprint: Footprint | None, departure: Departure, needed):

@@ -1,6 +1,7 @@
 """The light of a recorded tree, differentiable in forward and reverse mode; or that of a tree as it is recorded."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import jax
@@ -14,6 +15,7 @@ from ..numerics._transposed import linear
 from ..numerics._vector import Vec3
 from ..scene import AbstractCamera, Tables
 from ._arrival import Arrival
+from ._dispersion import at_band
 from ._plan import Plan
 from ._pullback import Varied, pulled_back
 from ._record import Nodes, Record, follow
@@ -72,10 +74,28 @@ def trace(
 
     Between the two, where `beyond` is given, the most light that the branches that were not followed could bring.
     """
+    tables = at_band(tables, plan, samples)
     tree, ((film,), left) = follow(
         tables, camera, plan, samples, lambda nodes, ray, *a: (light_of(tables, plan, nodes, *a),), beyond
     )
     return film, left, tree.descendants
+
+
+def averaged(plan: Plan, samples: Samples, one: Callable):
+    """What `one(samples)`, one of the functions here, gives in the mean over all that a place in a pixel takes; of the
+    descendants, which it gives last, the most.
+    """
+    if plan.draws == 1:
+        return one(samples)
+
+    def add(total, draw):
+        *light, descendants = one(replace(samples, draw=draw))
+        *sums, most = total
+        sums = jax.tree.map(lambda a, b: a + b / plan.draws, tuple(sums), tuple(light))
+        return (*sums, jnp.maximum(most, descendants)), None
+
+    first = jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), jax.eval_shape(one, samples))
+    return jax.lax.scan(add, first, jnp.arange(plan.draws, dtype=jnp.int32))[0]
 
 
 def trace_left_out(
@@ -84,7 +104,7 @@ def trace_left_out(
     """Of what `trace` gives with `beyond` only what is left out, and the number of descendants. `plan` must weigh its
     rays: have a cutoff.
     """
-    tree, (_, left) = follow(tables, camera, plan, samples, beyond=beyond)
+    tree, (_, left) = follow(at_band(tables, plan, samples), camera, plan, samples, beyond=beyond)
     return left, tree.descendants
 
 
@@ -94,6 +114,8 @@ def trace_beside_small(
     """What `trace` gives, and between the two how much light comes along rays that pass by something smaller than
     their distance.
     """
+
+    tables = at_band(tables, plan, samples)
 
     def both(nodes: Nodes, ray: Ray, at: Arrival, needed):
         reach, growth = (samples.side * apart for apart in camera.apart(ray.origin))

@@ -115,6 +115,14 @@ class FileModels:
                 _dispersion(),
                 optional("How the index hangs on the wavelength: a table, or a substance's name."),
             ),
+            roughness_samples=(
+                int,
+                Field(
+                    16,
+                    json_schema_extra={"minimum": 1, "maximum": 4096},
+                    description=("Trees a pixel over which a rough surface is averaged, at the least."),
+                ),
+            ),
             fresnel_highlight=(bool, Field(False, description="The highlight is multiplied by that reflectance too.")),
             **{
                 f"{row.name}_texture": (str, optional(f"Name of a texture that multiplies {row.name}."))
@@ -177,6 +185,8 @@ def _settings(background) -> type[Entry]:
             "A branch that would carry less than this in every channel is not followed; 0: all are."))),
         bands=(int, Field(3, json_schema_extra={"minimum": 1, "maximum": 128}, description=(
             "Of the spectrum, where a material disperses light: 3 are red, green and blue; 1: no dispersion."))),
+        seed=(int, Field(0, json_schema_extra={"minimum": 0}, description=(
+            "Of what is left to chance, as rough surfaces: another one draws other samples."))),
         footprint=(int, Field(0, json_schema_extra=trees, description=(
             "k: k x k trees a pixel, whose rays average what they meet over their share of it; 0: points."))),
     )  # fmt: skip
