@@ -79,7 +79,7 @@ def test_one_end_of_an_interval_and_a_unit():
         (["odd.json", "a.tex"], "no result of a fit"),
         (["none.json", "a.tex"], "cannot be read"),
         (["scene.toml", "no/a.pov"], "make the folder first"),
-        (["a.pov", "a.mtl"], "are written, not read"),
+        (["a.md", "a.mtl"], "are written, not read"),
     ],
 )
 def test_what_convert_refuses(fit, capsys, arguments, said):

@@ -10,13 +10,14 @@ from ._mtl import MTL
 from ._nff import NFF
 from ._obj import BARE, OBJ
 from ._tables import LATEX, MARKDOWN
+from .challenge import CHALLENGE
 from .gltf import GLB, GLTF
 from .mitsuba import MITSUBA
 from .povray import POVRAY
 from .toml import TOML
 
 FORMATS: list[SceneFormat] = [
-    TOML, NFF, POVRAY, MITSUBA, GLTF, GLB, OBJ, BARE, MTL, JSON, LATEX, MARKDOWN,
+    TOML, NFF, POVRAY, MITSUBA, CHALLENGE, GLTF, GLB, OBJ, BARE, MTL, JSON, LATEX, MARKDOWN,
 ]  # fmt: skip
 
 

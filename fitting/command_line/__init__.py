@@ -58,8 +58,9 @@ def diffwhitted(
 ) -> None:
     """A differentiable Whitted ray tracer that finds materials from pictures.
 
-    Scenes are TOML files, or NFF; pictures are OpenEXR, Radiance, TIFF, PNG or JPEG. Exit codes: 0 done, 1 a fit that
-    has not converged or is not determined, 2 something given cannot be used.
+    Scenes are TOML files, or those of other programs (POV-Ray, Mitsuba, glTF, NFF); pictures are OpenEXR, Radiance,
+    TIFF, PNG or JPEG. Exit codes: 0 done, 1 a fit that has not converged or is not determined, 2 something given
+    cannot be used.
     """
     if version:
         print(version_line())

@@ -22,7 +22,14 @@ class Precision(StrEnum):
     float64 = "float64"
 
 
-ScenePath = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file, TOML or NFF.", show_default=False)]
+ScenePath = Annotated[
+    Path,
+    typer.Argument(
+        metavar="SCENE",
+        help="Scene file: TOML, or .pov, .xml, .gltf, .yml, .nff, ... of other programs.",
+        show_default=False,
+    ),
+]
 CameraName = Annotated[
     str | None,
     typer.Option(
