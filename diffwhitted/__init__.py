@@ -15,6 +15,7 @@ The precision of a scene is that of its arrays, float32 unless it is made or loa
 
 from typing import TYPE_CHECKING
 
+from . import display as display
 from ._errors import CapacityError, FarFromOrigin, InputError, SceneError
 from ._lazily import lazily
 from ._render import plan, render

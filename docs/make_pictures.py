@@ -1,5 +1,5 @@
 """Makes the pictures of the README: target, start and fit of the example side by side; points and footprints
-enlarged; textures; error against time; where the rays are.
+enlarged; displays of few levels; textures; error against time; where the rays are.
 
 Run from the top of the repository, after `make demo`: python docs/make_pictures.py
 """
@@ -11,6 +11,7 @@ import jax
 import numpy as np
 
 import diffwhitted
+from diffwhitted import display
 from fitting.comparing._error_plot import write_figure
 from fitting.comparing._tradeoff import sentences, tradeoff
 from fitting.comparing._tradeoff_plot import tradeoff_figure
@@ -25,6 +26,18 @@ for path in (EXAMPLES / "three_spheres.toml", Path("demo-output/fitted.toml")):
 gap = np.ones((target.shape[0], 8, 3), np.float32)
 row = np.concatenate([panels[0], gap, panels[1], gap, panels[2]], axis=1)
 diffwhitted.write_image("docs/fit.png", row[20:])
+
+scene = diffwhitted.load_scene(EXAMPLES / "three_spheres_truth.toml")
+image = display.fit_range(np.asarray(diffwhitted.render(scene, scene.cameras["main"].resized(240, 180))))
+panels = [
+    image, display.ordered_dither(image, 4), display.halftone(image[::3, ::3], 3), display.error_diffusion(image),
+    display.dot_diffusion(image), display.random_dither(image, jax.random.key(0)),
+]  # fmt: skip
+gap, rows = np.ones((180, 6, 3), np.float32), []
+for first, second, third in (panels[:3], panels[3:]):
+    rows.append(np.concatenate([first, gap, second, gap, third], axis=1))
+sheet = np.concatenate([rows[0], np.ones_like(rows[0][:6]), rows[1]])
+diffwhitted.write_image("docs/display.png", sheet.repeat(2, axis=0).repeat(2, axis=1))
 
 scene = diffwhitted.load_scene(EXAMPLES / "glass_between_spheres.toml")
 camera = scene.cameras["main"].resized(320, 240)

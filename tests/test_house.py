@@ -39,6 +39,7 @@ LAYERS = (
     "diffwhitted.illumination",
     "diffwhitted.tree",
     "diffwhitted.image",
+    "diffwhitted.display",
     "diffwhitted.rendering",
     "diffwhitted.cost",
     "diffwhitted.accuracy",

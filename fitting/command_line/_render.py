@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ._environment import set_up
+from ._on_levels import DisplayName, Levels, chosen_method, write_on_levels
 from ._options import (
     Antialias,
     CameraName,
@@ -111,6 +112,8 @@ def render(
     layers: LayersToo = False,
     shot: ShotName = None,
     filter: FilterName = None,
+    display: DisplayName = None,
+    levels: Levels = 2,
 ) -> None:
     """Render a scene to an image file.
 
@@ -131,6 +134,7 @@ def render(
         from diffwhitted import InputError
 
         raise InputError(f"--layers: {out} holds no layers; leave --layers out, or write .exr")
+    method = None if display is None else chosen_method(display, levels, out)
     loaded = load_scene(scene, precision=precision.value).with_cutoff(cutoff)
     asked = None
     if shot is not None:
@@ -143,8 +147,9 @@ def render(
     view = view.resized(width, height)
     found = None
     if kind is not None:
+        from ._shown import refuse_beside_filter, under_filter
+
         refuse_beside_filter(kind, footprint, antialias, tolerance, time_budget)
-        from ._shown import under_filter
 
         picture = under_filter(loaded, view, depth, samples, kind)
         about = {"scene": scene.name, "camera": name, "filter": kind}
@@ -180,7 +185,10 @@ def render(
         from ._shown import as_shown
 
         pixels, about = as_shown(pixels, asked, bool(form.bits)), {**about, "shot": asked.name}
-    write_image(out, pixels, exposure=exposure, metadata=about, layers=channels)
+    if method is None:
+        write_image(out, pixels, exposure=exposure, metadata=about, layers=channels)
+    else:
+        write_on_levels(out, pixels, method, levels, exposure, {**about, "display": display, "levels": levels})
     say(
         f"wrote {out}: {view.width} x {view.height} pixels, {picture.rays:,} rays in {picture.seconds:.2f} s, "
         f"after {picture.seconds_compile:.1f} s of compiling"
@@ -194,18 +202,6 @@ def render(
         )
     if form.bits and (lost := _clipped_note(count_clipped(pixels, exposure=exposure), view.width * view.height)):
         print(f"note: {lost}", file=sys.stderr)
-
-
-def refuse_beside_filter(kind: str, footprint, antialias, tolerance, time_budget) -> None:
-    """Raise `InputError` where another way to antialias is asked for beside a filter."""
-    from diffwhitted import InputError
-
-    others = {"footprint": footprint, "antialias": antialias, "tolerance": tolerance, "time-budget": time_budget}
-    for option, value in others.items():
-        if value is not None:
-            raise InputError(
-                f"--{option} {value} with the filter {kind}: allowed is one way to antialias; a filter takes --samples"
-            )
 
 
 @dataclass(frozen=True, eq=False)

@@ -65,3 +65,15 @@ def under_filter(scene: Scene, camera: AbstractCamera, depth: int | None, sample
     side = samples if samples > 1 else SIDE
     fine = rendered(scene, camera.resized(side * camera.width, side * camera.height), depth, 1, 0)
     return replace(fine, pixels=filtered(fine.pixels, side, kind))
+
+
+def refuse_beside_filter(kind: str, footprint, antialias, tolerance, time_budget) -> None:
+    """Raise `InputError` where another way to antialias is asked for beside a filter."""
+    from diffwhitted import InputError
+
+    others = {"footprint": footprint, "antialias": antialias, "tolerance": tolerance, "time-budget": time_budget}
+    for option, value in others.items():
+        if value is not None:
+            raise InputError(
+                f"--{option} {value} with the filter {kind}: allowed is one way to antialias; a filter takes --samples"
+            )
