@@ -202,6 +202,8 @@ class Expressions:
             return self.colour()
         value, kind = np.ravel(self.expression()), token.text.removeprefix("s")[3:]
         found = np.zeros(5)
+        if len(value) == 2:
+            raise token.error(f"{token.text} of two numbers; allowed is one, three, or up to five")
         found[:3] = value[:3] if len(value) > 1 else value[0]
         if token.text.startswith("s"):
             found[:3] = decode_signal(found[:3], "srgb")
