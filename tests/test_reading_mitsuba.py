@@ -137,7 +137,8 @@ def test_a_file_by_hand(read, tmp_path):
     np.testing.assert_allclose(paint["k_d"], [0.3, 0.2, 0.1])
     np.testing.assert_allclose(paint["k_h"], 0.05 * 22 / 2)
     assert (float(paint["phong_exponent"]), scene.materials["paint"].highlight) == (20, "reflected")
-    np.testing.assert_allclose([glass["k_t"][0], glass["k_s"][0], glass["refractive_index"]], [0.96, 0.04, 1.5])
+    np.testing.assert_allclose([glass["k_t"][0], glass["k_s"][0], glass["refractive_index"]], [1, 1, 1.5])
+    assert scene.materials["glass"].fresnel == "exact" and scene.materials[disc.material].class_ == "metal"
     np.testing.assert_allclose(scene.materials[disc.material].k_s, [1, 0.766, 0.336])
     # alpha = 0.2 is n = 48, of F0 = (0.49 / 2.49)^2 with the index of air below it.
     plastic = scene.materials[tube.material]

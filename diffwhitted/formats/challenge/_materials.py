@@ -69,15 +69,21 @@ class Materials:
                     if share > 0
                 }
         coefficients |= {"k_a": value["ambient"] * colour, "k_d": value["diffuse"] * colour}
-        made = self._found.material(Paint(coefficients, "reflected", boards), name or kind)
-        if value["reflective"] and value["transparency"]:
+        # What mirrors and lets light through shares it out by Schlick's polynomial.
+        shares = bool(value["reflective"] and value["transparency"])
+        paint = Paint(coefficients, "reflected", boards, "schlick" if shares else "off")
+        made = self._found.material(paint, name or kind)
+        if shares and value["reflective"] != 1:
             self._mirroring_glass.add(made)
         return made
 
     def tell(self) -> None:
         """Say at the end of the file what all materials of a kind lose."""
         for name in sorted(self._mirroring_glass):
-            self._found.lost.say("Fresnel's shares (Schlick) of {} are lost: both rays keep theirs", ("material", name))
+            self._found.lost.say(
+                "the transmitted light of {} is 1 - F reflective of its transparency, in place of 1 - F",
+                ("material", name),
+            )
 
     def _keys(self, stated: Entry | None) -> tuple[dict[str, Entry], str | None]:
         """All keys of a material, those of what it extends below its own, and the name that it is defined under."""

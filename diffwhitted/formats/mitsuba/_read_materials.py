@@ -6,7 +6,6 @@ F (n + 2) / 8 (see `_roughness`).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ import numpy as np
 from ..others._boards import Board
 from ..others._found import Found, Paint
 from ._boards import Corners, board_on
+from ._sums import Sum, facing, inner_share
 from ._tags import Tag
 from ._values import GREY, shade, to_world
 
@@ -32,36 +32,6 @@ METALS = {
     "Cu": (0.955, 0.638, 0.538), "Cr": (0.550, 0.556, 0.554), "W": (0.504, 0.498, 0.478),
 }  # fmt: skip
 """Reflectance seen straight on, linear RGB."""
-
-
-@dataclass
-class Sum:
-    """What the parts of a material send back together."""
-
-    solid: bool
-    k_d: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    k_s: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    k_t: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    k_h: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    exponent: float | None = None
-    reflected: bool = False
-    index: float = 1.0
-    boards: list[tuple[Tag, np.ndarray]] = field(default_factory=list)
-    """Checkerboards of diffuse light, and their two colours (2, 3)."""
-
-    def shine(self, k_h: np.ndarray, exponent: float) -> None:
-        if np.any(k_h):
-            self.k_h, self.exponent = self.k_h + k_h, exponent if self.exponent is None else self.exponent
-
-
-def facing(n: float) -> float:
-    """What a surface of an index reflects of what meets it straight on."""
-    return ((n - 1) / (n + 1)) ** 2
-
-
-def inner_share(n: float) -> float:
-    """What a surface reflects of diffuse light that meets it from within, by a fit of d'Eon and Irving (2011)."""
-    return -1.4399 / n**2 + 0.7099 / n + 0.6681 + 0.0636 * n
 
 
 class Bsdfs:
@@ -97,10 +67,32 @@ class Bsdfs:
         if "k_d" in boards:
             # What is without a pattern is added to both colours.
             boards["k_d"] = boards["k_d"].painted(boards["k_d"].colours + total.k_d)
+        fresnel = self._share_out(total)
         coefficients: dict[str, Any] = {"k_d": total.k_d, "k_s": total.k_s, "k_t": total.k_t, "k_h": total.k_h}
         coefficients |= {"phong_exponent": 50.0 if total.exponent is None else total.exponent}
         coefficients |= {"refractive_index": total.index}
-        return Paint(coefficients, "reflected" if total.reflected else "halfway", boards)
+        metal = total.metal and not boards and not any(map(np.any, (total.k_d, total.k_t)))
+        if total.metal and not metal:
+            self._lost.say("metals that are blended reflect at all angles what they do straight on")
+        return Paint(coefficients, "reflected" if total.reflected else "halfway", boards, fresnel, metal)
+
+    def _share_out(self, total: Sum) -> str:
+        """Let Fresnel share out the light between the rays of glass, where no other mirror is; else its share straight
+        on joins the mirror. Which model of Fresnel the material has.
+        """
+        if not total.glass:
+            return "off"
+        if len(total.glass) == 1 and not total.k_s.any():
+            through, mirrored = total.glass[0]
+            total.k_t, total.k_s = total.k_t + through, mirrored
+            if (mirrored != 1).any():
+                self._lost.say("the transmitted light of tinted glass is 1 - F k_s of k_t, in place of 1 - F")
+            return "exact"
+        share = facing(total.index)
+        for through, mirrored in total.glass:
+            total.k_t, total.k_s = total.k_t + through * (1 - share), total.k_s + mirrored * share
+        self._lost.say("glass that is blended with a mirror reflects at all angles what it does straight on")
+        return "off"
 
     def _of(self, tag: Tag) -> Tag:
         """What a reference stands for."""
@@ -176,8 +168,6 @@ class Bsdfs:
             if name not in METALS:
                 self._lost.say(f"the metal {name[:40]} is lost: it reflects all colours alike")
             base = np.asarray(METALS.get(name, (0.7,) * 3))
-        if (base != 1).any():
-            self._lost.say("metals reflect at all angles what they do straight on")
         return tint * base
 
     def lobe(self, tag: Tag, share: np.ndarray, total: Sum) -> None:
@@ -198,6 +188,7 @@ def _diffuse(all_: Bsdfs, tag: Tag, weight: np.ndarray, total: Sum) -> None:
 
 def _conductor(all_: Bsdfs, tag: Tag, weight: np.ndarray, total: Sum) -> None:
     total.k_s = total.k_s + all_.metal(tag, weight)
+    total.metal = total.metal or tag.text("material", "Cu") != "none" or tag.named("eta") is not None
 
 
 def _rough_conductor(all_: Bsdfs, tag: Tag, weight: np.ndarray, total: Sum) -> None:
@@ -211,14 +202,14 @@ def _dielectric(all_: Bsdfs, tag: Tag, weight: np.ndarray, total: Sum) -> None:
     if tag.type == "roughdielectric":
         all_.lost("rough glass is clear")
     thin = tag.type == "thindielectric"
+    if not thin and total.solid and n > 1:
+        total.index = n
+        total.glass.append((through, mirrored))
+        return
     share = 2 * facing(n) / (1 + facing(n)) if thin else facing(n)
     total.k_t, total.k_s = total.k_t + through * (1 - share), total.k_s + mirrored * share
     if share:
-        all_.lost("glass reflects at all angles what it does straight on")
-    if not thin and total.solid:
-        total.index = n
-    elif not thin and n > 1:
-        all_.lost("glass that bounds no volume does not bend light")
+        all_.lost("sheets of glass reflect at all angles what they do straight on, and do not bend light")
 
 
 def _plastic(all_: Bsdfs, tag: Tag, weight: np.ndarray, total: Sum) -> None:

@@ -27,11 +27,15 @@ class Paint:
     coefficients: dict[str, Any]
     highlight: str = "halfway"
     boards: dict[str, Board] = field(default_factory=dict)
+    fresnel: str = "off"
+    metal: bool = False
+    """Of the class "metal", whose k_s is what it mirrors straight on."""
 
     def key(self) -> tuple:
         """The same for equal materials."""
         numbers = ((name, tuple(np.ravel(value).tolist())) for name, value in sorted(self.coefficients.items()))
-        return (*numbers, self.highlight, *((name, board.key()) for name, board in sorted(self.boards.items())))
+        words = self.highlight, self.fresnel, self.metal
+        return (*numbers, *words, *((name, board.key()) for name, board in sorted(self.boards.items())))
 
 
 class Found:
@@ -118,7 +122,11 @@ class Found:
                 same = self.named(f"{name}_tiles", "texture")
                 textures[same] = made
             stated[coefficient], stated[f"{coefficient}_texture"] = peak, same
-        return Material(highlight=paint.highlight, place=f"{self.source}: material {name!r}", **stated)  # pyright: ignore[reportArgumentType]
+        how: dict[str, Any] = {"fresnel": paint.fresnel}
+        if paint.metal:
+            own = ("k_s", "k_h", "phong_exponent")
+            how, stated = {"class_": "metal"}, {key: value for key, value in stated.items() if key in own}
+        return Material(highlight=paint.highlight, place=f"{self.source}: material {name!r}", **how, **stated)  # pyright: ignore[reportArgumentType]
 
 
 def _equal(one: Checker, other: Checker) -> bool:

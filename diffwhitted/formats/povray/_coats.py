@@ -102,7 +102,11 @@ def paint_of(texture: Texture, matrix: np.ndarray, index: float, name: str, lost
     if len(exponents) > 1 or len(models) > 1:
         lost.say("highlights of {} of more than one kind are those of the first", what)
     coefficients["phong_exponent"] = shines[0]["exponent"] if shines else 50.0
-    return Paint(coefficients, shines[0]["highlight"] if shines else "halfway", boards)
+    fresnel = index > 1 and any(leaf["fresnel"] for leaf in _leaves(tree))
+    if fresnel and coefficients["k_t"].any() and not all(leaf["conserve"] for leaf in _leaves(tree)):
+        lost.say("without conserve_energy the transmitted light of {} is k_t; here it is 1 - F k_s of it", what)
+    highlight = shines[0]["highlight"] if shines else "halfway"
+    return Paint(coefficients, highlight, boards, "exact" if fresnel else "off")
 
 
 def _patterns(texture: Texture) -> int:
@@ -128,7 +132,7 @@ def _tree(texture: Texture) -> Tree:
 def _coat(layers: list[Layer]) -> dict[str, Any]:
     """The coefficients of layers, from the lowest up."""
     found: dict[str, Any] = {name: np.zeros(3) for name in COLOURED}
-    found |= {"exponent": 50.0, "highlight": "halfway"}
+    found |= {"exponent": 50.0, "highlight": "halfway", "fresnel": False, "conserve": False}
     above = np.ones(3)
     for layer in reversed(layers):
         (colour,), finish = layer.pigment.colours, layer.finish
@@ -136,6 +140,8 @@ def _coat(layers: list[Layer]) -> dict[str, Any]:
         found["k_a"] = found["k_a"] + sent * finish["ambient"]
         found["k_d"] = found["k_d"] + sent * finish["diffuse"]
         found["k_s"] = found["k_s"] + above * finish["reflection"]
+        found["fresnel"] |= finish["fresnel"]
+        found["conserve"] |= finish["conserve"]
         amount, model, exponent = finish["phong"], "reflected", finish["phong_size"]
         if not amount:
             amount, model, exponent = finish["specular"], "halfway", 1 / finish["roughness"]

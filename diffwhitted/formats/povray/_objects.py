@@ -183,7 +183,7 @@ class Objects:
         name = declared if spot is None else stream.remarks.names.get(spot, declared)
         said = name or f"of line {shape.token.line}"
         paint = paint_of(texture, np.eye(4), here.index, said, self._lost, shape.token.place)
-        if not paint.coefficients["k_t"].any():
+        if not paint.coefficients["k_t"].any() and paint.fresnel == "off":
             paint = replace(paint, coefficients=paint.coefficients | {"refractive_index": 1.0})
         made = found.material(paint, name or shape.kind)
         self._worn_before[id(texture[0]), len(texture), here.index] = texture, made

@@ -13,7 +13,7 @@ from ._tokens import Token
 
 USUAL: dict[str, Any] = {
     "ambient": np.full(3, 0.1), "diffuse": 0.6, "phong": 0.0, "phong_size": 40.0, "specular": 0.0, "roughness": 0.05,
-    "reflection": np.zeros(3),
+    "reflection": np.zeros(3), "fresnel": False, "conserve": False,
 }  # fmt: skip
 PATTERNS = (
     "gradient", "image_map", "granite", "bozo", "marble", "wood", "agate", "crackle", "leopard", "onion", "ripples",
@@ -219,7 +219,7 @@ class Textures:
                 lost.say("emission is ambient light, which is as strong where ambient_light is 1")
                 found["ambient"] = found["ambient"] + read.colour()[:3]
             elif key == "reflection":
-                found[key] = self._reflection(word)
+                found[key], found["fresnel"] = self._reflection(word)
             elif key in ("diffuse", "phong", "phong_size", "specular", "roughness"):
                 if stream.accept("albedo"):
                     lost.say("albedo is lost: amounts of highlights are taken as they are")
@@ -228,9 +228,7 @@ class Textures:
                     read.number(key)
                     lost.say("diffuse light of the other side is lost")
             elif key == "conserve_energy":
-                lost.say("conserve_energy is lost")
-                if stream.peek().text in ("on", "off", "yes", "no", "true", "false", "0", "1"):
-                    stream.take()
+                found["conserve"] = self._switch()
             elif key in ("brilliance", "crand", "metallic", "irid", "subsurface", "fresnel", "use_alpha"):
                 lost.say(f"{key} of a finish is lost")
                 self._skip_value(word)
@@ -247,21 +245,30 @@ class Textures:
             raise token.error(f"{token.text} {found:g}; allowed is {'> 0' if token.text == 'roughness' else '>= 0'}")
         return found
 
-    def _reflection(self, token: Token) -> np.ndarray:
-        stream, read = self._stream, self._read
+    def _switch(self) -> bool:
+        """A word for on or off, if there is one; else on."""
+        word = self._stream.accept("on", "off", "yes", "no", "true", "false")
+        return word is None or word.text in ("on", "yes", "true")
+
+    def _reflection(self, token: Token) -> tuple[np.ndarray, bool]:
+        """The colour, and whether Fresnel's share of it is mirrored."""
+        stream, read, fresnel = self._stream, self._read, False
         if stream.peek().text != "{":
-            return read.colour()[:3]
+            return read.colour()[:3], False
         colours = []
         for word in stream.block(token):
-            if word.text in ("fresnel", "falloff", "exponent", "metallic"):
+            if word.text == "fresnel":
+                fresnel = self._switch()
+            elif word.text in ("falloff", "exponent", "metallic"):
                 self._lost.say(f"{word.text} of reflection is lost")
                 self._skip_value(word)
             elif word.text != ",":
                 stream.give_back(word)
                 colours.append(read.colour()[:3])
-        if len(colours) > 1:
+        if len(colours) > 1 and (not fresnel or colours[0].any()):
             self._lost.say("reflection that depends on the angle is what it is at its most")
-        return colours[-1] if colours else np.zeros(3)
+            fresnel = False
+        return (colours[-1] if colours else np.zeros(3)), fresnel
 
     def _skip_value(self, token: Token) -> None:
         """A number, a word for on or off, or braces, if there are any."""
