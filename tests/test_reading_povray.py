@@ -74,6 +74,7 @@ def read(tmp_path):
     return scene
 
 
+@pytest.mark.slow
 def test_a_file_by_hand_is_povrays_picture(read):
     scene, said = read(HAND)
     image = np.asarray(dw.render(scene, scene.cameras["main"]))

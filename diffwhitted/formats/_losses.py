@@ -51,7 +51,7 @@ class Losses:
             value = material.values.get(row.name)
             if row.name not in known and value is not None and not _same(value, row.default):
                 self.say(f"{row.name} of {{}} is lost", what)
-        self.unknown(material, {"highlight"}, what)
+        self.unknown(material, {"highlight", *material.left_out()}, what)
 
     def __iter__(self) -> Iterator[str]:
         return (f"{self._name}: {sentence}" for sentence in self.here())
