@@ -58,7 +58,7 @@ def _total(tables, camera, plan, spots):
         film, _, descendants = trace(tables, camera, plan, grid(plan, camera, number, spot))
         return total + film.stacked(axis=-1), descendants
 
-    total, needed = jax.lax.scan(one, jnp.zeros((plan.pass_pixels, 3), tables.ambient.dtype), spots)
+    total, needed = jax.lax.scan(one, jnp.zeros((plan.pass_pixels, 3), tables.cutoff.dtype), spots)
     return total, needed.max()
 
 

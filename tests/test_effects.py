@@ -34,10 +34,19 @@ class Variant:
     footprint: int = 0
     cutoff: float = 0.0
     twin: bool = False
+    cone: float | None = None
+    sky: bool = False
+    lamp_ball: bool = False
+    fade: tuple | None = None
     scene: dw.Scene = field(init=False, compare=False)
 
     def __post_init__(self):
-        light = dw.PointLight((0, 0.5, 5), 0.8, attenuation=self.attenuation)  # where the camera is: no shadow shows
+        here = (0, 0.5, 5)  # where the camera is: no shadow shows
+        light = dw.PointLight(here, 0.8, attenuation=self.attenuation)
+        if self.lamp_ball:
+            light = dw.SphereLight(here, 1e-4, 0.8)
+        if self.cone:
+            light = dw.SpotLight(here, 0.8, look_at=(0, 0, 0), cone_deg=self.cone)
         object.__setattr__(
             self,
             "scene",
@@ -53,6 +62,8 @@ class Variant:
                 background=dw.GradientBackground(SKY, SKY) if self.gradient else dw.ConstantBackground(SKY),
                 cameras={"main": dw.Camera((0, 0.5, 5), (0, 0, 0), 40, 8, 6)},
                 shadows=self.shadows,
+                ambient=dw.Hemisphere((1, 1, 1), (1, 1, 1)) if self.sky else 1.0,
+                distance_fade=self.fade,
                 max_depth=3,
                 footprint=self.footprint,
                 cutoff=self.cutoff,
@@ -81,6 +92,7 @@ SHADED = Variant(free=("paint.k_t",), shadows="opaque")
 
 PAIRS = {
     "ambient": (BARE, Variant(free=("paint.k_a",))),
+    "hemisphere": (UNLIT, dataclasses.replace(UNLIT, sky=True)),
     "diffuse": (UNLIT, dataclasses.replace(UNLIT, free=("paint.k_d",))),
     "highlight": (BARE, Variant(free=("paint.k_h",))),
     "polished": (UNSEEN, Variant(ball=(("class", "polished"), ("k_d", 0.5)), radius=1e-6)),
@@ -90,6 +102,7 @@ PAIRS = {
     ),
     "shadows": (BARE, Variant(shadows="opaque")),
     "tinted_shadows": (SHADED, dataclasses.replace(SHADED, shadows="tinted")),
+    "soft_shadows": (Variant(shadows="opaque"), Variant(shadows="opaque", lamp_ball=True)),
     "reflection": (BARE, MIRRORING),
     "refraction": (BARE, GLASSY),
     "total_internal_reflection": (GLASSY, Variant(free=("paint.k_t", "paint.refractive_index"))),
@@ -103,6 +116,8 @@ PAIRS = {
     "shared_surfaces": (GLASSY, dataclasses.replace(GLASSY, twin=True)),
     "textures": (BARE, Variant(floor=(*BARE.floor, ("k_d_texture", "white")))),
     "attenuation": (BARE, Variant(attenuation=(1.0, 0.0, 0.0))),
+    "light_borders": (BARE, Variant(cone=80.0)),
+    "distance_fade": (BARE, Variant(fade=(1.0, 0.0))),
     "background_gradient": (BARE, Variant(gradient=True)),
     "footprint": (ROOM, dataclasses.replace(ROOM, footprint=1)),
     "cutoff": (MIRRORING, dataclasses.replace(MIRRORING, cutoff=0.5)),
@@ -200,7 +215,14 @@ def everything():
             "glass": dw.Material(k_h=0.25, k_s=0.2, k_t=(0.0, 0.7, 0.8), refractive_index=1.5),
             "tiles": dw.Material(k_a=0.1, k_d=0.6, k_h=0, k_d_texture="checks"),
         },
-        lights=[dw.DirectionalLight((0, 1, 0), 1), dw.PointLight((0, 5, 0), 1, attenuation=(1, 0, 0.1))],
+        lights=[
+            dw.DirectionalLight((0, 1, 0), 1),
+            dw.PointLight((0, 5, 0), 1, attenuation=(1, 0, 0.1)),
+            dw.SpotLight((0, 5, 0), 1, direction=(0, -1, 0), cone_deg=30),
+            dw.SphereLight((0, 5, 0), 0.1, 1),
+        ],
+        ambient=dw.Hemisphere((1, 1, 1), (0, 0, 0)),
+        distance_fade=(1.0, -0.25),
         textures={"checks": dw.Checker(((0, 0, 0), (1, 1, 1)))},
         background=dw.GradientBackground(SKY, SKY),
         shadows="tinted",
@@ -224,6 +246,10 @@ def test_reasons_name_the_object_and_the_coefficient():
     assert given["shared_surfaces"][1] == "objects 'bead' and 'skin' share a surface"
     assert given["textures"][1] == "object 'ground': k_d_texture = 'checks'"
     assert given["attenuation"][1] == "light 2 has an attenuation"
+    assert given["light_borders"][1] == "light 3 has a cone or flaps"
+    assert given["soft_shadows"][1] == "light 4 is a ball that one ray looks at"
+    assert given["hemisphere"][1] == "ambient = { sky = ..., ground = ... }"
+    assert given["distance_fade"][1] == "distance_fade = [1.0, -0.25]"
     assert "gradient" in given["background_gradient"][1] and "'ground'" in given["shadows"][1]
 
 

@@ -187,7 +187,13 @@ FAULTS = {
         "type = 7",
         '"sphere", "plane", "polygon", "triangle", "box", ',
     ),
-    "no such light": ('"point"', '"spot"', "1st [[light]]", 'type = "spot"', '"point" or "directional"'),
+    "no such light": (
+        '"point"',
+        '"lantern"',
+        "1st [[light]]",
+        'type = "lantern"',
+        '"point", "directional", "spot", "warn", "sphere" or "rectangle"',
+    ),
     "no such texture": ('"checker"', '"marble"', 'texture "tiles" (1st [[texture]])', 'type = "marble"', '"checker"'),
     "no such shadow": ('"opaque"', '"soft"', "scene", 'shadows = "soft"', '"opaque", "tinted" or "off"'),
     "no such highlight": ('"reflected"', '"refleted"', 'material "glass"', '"refleted"', 'Did you mean "reflected"?'),
@@ -405,10 +411,19 @@ CONE = FILE.replace(BALL, 'type = "cone"\nbase = [0, 0, 0]\ntop = [0, 1, 0]\nbas
 SHOT = FILE + '\n\n[[shot]]\nname = "one"\nexposure = 1.0\ngamma = 2.2\n'
 
 
+SPOT = FILE.replace(
+    'type = "point"\n', 'type = "spot"\ndirection = [0, -1, 0]\nexponent = 2\ninner_cone_deg = 10\ncone_deg = 20\n'
+)
+
+
+LAMP = FILE.replace('type = "point"\nposition', 'type = "sphere"\nradius = 0.1\nsamples = 3\ncentre')
+
+
 def limited_keys():
     """(model, key, limit, first value past it) for each limit of a number in the schema."""
     past = {"minimum": -1, "maximum": 1, "exclusiveMinimum": 0, "exclusiveMaximum": 0}
     models = scene_schema()["$defs"]
+    models.pop("RectangleEntry")  # Its samples are tested with the lamps.
     models.pop("NoiseEntry")  # An inline table, tested with the shots.
     for name, model in models.items():
         for key, field in model["properties"].items():
@@ -418,10 +433,10 @@ def limited_keys():
 
 @pytest.mark.parametrize("model, key, value", list(limited_keys()))
 def test_a_limit_of_the_schema_is_a_limit_of_the_records(model, key, value):
-    file = next(text for text in (FILE, PARALLEL, SHOT, RING, CONE) if f"\n{key} = " in text)
+    file = next(text for text in (SPOT, LAMP, PARALLEL, SHOT, RING, CONE) if f"\n{key} = " in text)
     table = next(
         name
-        for name in ("scene", "camera", "texture", "material", "object", "shot")
+        for name in ("scene", "camera", "light", "texture", "material", "object", "shot")
         if f"\n{key} = " in file[file.index(f"[{name}]") :].split("\n\n")[0]
     )
     start = file.index(f"\n{key} = ", file.index(f"[{table}]"))

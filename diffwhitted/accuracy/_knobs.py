@@ -10,7 +10,7 @@ from typing import Any
 
 from .._errors import SceneError
 from ..rendering._antialias import check_threshold
-from ..scene import DEEPEST, Scene, check_footprint, whole_number
+from ..scene import DEEPEST, MOST_SAMPLES, Scene, check_footprint, whole_number
 
 EXCLUSIVE = ("pixel",)
 """Groups of which one knob at most is turned on."""
@@ -128,6 +128,18 @@ class Settings:
         text="antialias {:.2g}",
         argument="antialias",
         check=_antialias,
+    )
+    light_samples: int | None = _row(
+        None,
+        costs="time in proportion to the points, each with its shadow rays",
+        off=None,
+        controls="half shadows of lamps with a size: 0 is one ray to a ball and outlines beside it, n are n points; "
+        "None is what the scene says",
+        sweep=(0, 4, 16, 64),
+        group="light",
+        text="light samples {}",
+        argument=None,
+        check=lambda v: v if v is None else whole_number(v, "light_samples", lowest=0, highest=MOST_SAMPLES),
     )
     precision: str = _row(
         "float32",

@@ -30,6 +30,8 @@ class Reference:
     before: np.ndarray
     level: int
     """The last of `LEVELS` that was reached."""
+    light_samples: int | None
+    """Points of each lamp with a size; None: as in the scene."""
     rays: int
 
     @property
@@ -40,7 +42,8 @@ class Reference:
     def __str__(self) -> str:
         (least, depth), (most, deepest) = LEVELS[1], LEVELS[self.level]
         finer = f", up to {most} x {most} and depth {deepest} where that changes most" if self.level > 1 else ""
-        return f"{least} x {least} filtered trees a pixel of depth {depth}{finer}"
+        lamps = "" if self.light_samples is None else f", {self.light_samples} points a lamp"
+        return f"{least} x {least} filtered trees a pixel of depth {depth}{finer}{lamps}"
 
 
 def reference(
@@ -48,13 +51,14 @@ def reference(
     pixels: np.ndarray | None = None,
     wanted: Callable[[np.ndarray], float] = lambda pixels: 0.0,
     on_work: Callable[[float], None] | None = None,
+    light_samples: int | None = None,
 ) -> Reference:
     """The picture of these pixels (all by default), refined until a quarter of the trees differs by `wanted(picture)`
     (RMSE) or less.
 
     Filtered trees of 1/k of a pixel converge to the area of the pixel as k grows, and faster than points do.
-    `on_work` is called with the part of the work that is done, if all levels are needed. Raises `CapacityError` as
-    `Tracer` does.
+    `light_samples`: of lamps with a size, in place of the scene's. `on_work` is called with the part of the work that
+    is done, if all levels are needed. Raises `CapacityError` as `Tracer` does.
     """
     pixels = tracer.all_pixels if pixels is None else pixels
     sizes = [len(pixels), *(max(1, int(len(pixels) * SHARE**n)) for n in range(len(LEVELS) - 1))]
@@ -69,13 +73,15 @@ def reference(
         before[which] = refined[which]
         parts = np.array_split(which, -(-size * side**2 // AT_ONCE))
         for number, part in enumerate(parts):
-            found = tracer.trace_spread(Settings(depth=depth, cutoff=CUTOFF, footprint=side), pixels[part])
+            found = tracer.trace_spread(
+                Settings(depth=depth, cutoff=CUTOFF, footprint=side, light_samples=light_samples), pixels[part]
+            )
             refined[part], rays = found.pixels, rays + found.rays
             if on_work is not None:
                 on_work((sum(work[:level]) + work[level] * (number + 1) / len(parts)) / sum(work))
         if level and rmse(refined, before) <= wanted(refined):
             break
-    return Reference(refined, before, level, rays)
+    return Reference(refined, before, level, light_samples, rays)
 
 
 def rmse(one: ArrayLike, other: ArrayLike) -> float:

@@ -3,9 +3,11 @@
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
+import jax
 import numpy as np
 
-from ._knobs import KNOBS, Settings
+from ._knobs import KNOBS, Knob, Settings
+from ._lamps import has_sized_lights
 from ._reference import rmse
 from ._tracer import Traced, Tracer
 
@@ -25,6 +27,16 @@ class Candidate:
 def base_settings(tracer: Tracer) -> Settings:
     """Where the sweeps start: what the scene asks for, each pixel one filtered tree."""
     return Settings.of(tracer.scene).only(footprint=max(tracer.scene.footprint, 1))
+
+
+def swept_knobs(tracer: Tracer) -> list[Knob]:
+    """The knobs that change anything here."""
+    idle = {
+        "tree": not tracer.branches,
+        "arithmetic": not jax.config.jax_enable_x64,  # pyright: ignore[reportAttributeAccessIssue]
+        "light": not has_sized_lights(tracer.scene),
+    }
+    return [knob for knob in KNOBS if not idle.get(knob.group)]
 
 
 def sweeps(tracer: Tracer, base: Settings) -> dict[str, tuple[Settings, ...]]:

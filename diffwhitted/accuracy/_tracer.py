@@ -33,6 +33,7 @@ from ..tree import (
     trees_or_points,
 )
 from ._knobs import Settings
+from ._lamps import with_light_samples
 
 MOST_PLACES = 64
 """Places in a pixel that one call of a program takes; more of them take several calls."""
@@ -63,8 +64,8 @@ class Tracer:
         self.scene, self.camera = near(scene, camera)
         side = None if pass_of is None else int(np.ceil(pass_of**0.5))
         self._sized = self.camera if side is None else self.camera.resized(side, side)
-        self._plans: dict[bool, Plan] = {}
-        self._compiled: set[tuple[Plan, bool] | Settings] = set()
+        self._plans: dict[tuple[bool, int | None], Plan] = {}
+        self._compiled: set[tuple[Plan, bool, int | None] | Settings] = set()
         self._crowded: dict[Settings, float] = {}
         self.seconds_compile = 0.0
         """So far, for all programs."""
@@ -78,6 +79,10 @@ class Tracer:
     def all_pixels(self) -> np.ndarray:
         """The numbers of the pixels, row by row."""
         return np.arange(self.camera.width * self.camera.height)
+
+    def scene_with(self, settings: Settings) -> Scene:
+        """The scene with its lamps looked at as these settings say."""
+        return with_light_samples(self.scene, settings.light_samples)
 
     def trace(self, settings: Settings, pixels: np.ndarray | None = None) -> Traced:
         """Trace these pixels, all by default, as `render` does; a program that is not there yet is compiled first."""
@@ -135,11 +140,11 @@ class Tracer:
         options = {"max_depth": settings.depth, "cutoff": settings.cutoff}
         if program not in self._compiled:
             begun = time.perf_counter()
-            compile_antialias(self.scene, self.camera, **options)
+            compile_antialias(self.scene_with(settings), self.camera, **options)
             self.seconds_compile += time.perf_counter() - begun
             self._compiled.add(program)
         begun = time.perf_counter()
-        found = antialias(self.scene, self.camera, settings.antialias, **options)
+        found = antialias(self.scene_with(settings), self.camera, settings.antialias, **options)
         seconds = time.perf_counter() - begun
         picture = found.image.reshape(-1, 3).astype(np.float64)
         if pixels is None:
@@ -158,7 +163,7 @@ class Tracer:
         """The sum over places at each corner (n, 3), the rays other than camera rays, and the seconds; with `beyond`,
         of what is left out.
         """
-        plan, scene = self.compiled(settings, beyond), self.scene.with_cutoff(settings.cutoff)
+        plan, scene = self.compiled(settings, beyond), self.scene_with(settings).with_cutoff(settings.cutoff)
         tables = tables_of(scene, plan)
         how = jnp.asarray(settings.depth, jnp.int32), jnp.asarray(1 / max(settings.footprint, 1), scene.dtype), beyond
 
@@ -193,13 +198,13 @@ class Tracer:
         plan = self.plan(settings)
         if beyond is not None:
             plan = replace(plan, effects=plan.effects.switched(shadows=False, tinted_shadows=False))
-        if (program := (plan, beyond is None)) not in self._compiled:
+        if (program := (plan, beyond is None, settings.light_samples)) not in self._compiled:
             begun = time.perf_counter()
             corner = np.zeros(1, self.scene.dtype)
             nobody = _dealt(plan, corner, corner, 1)[0]
             places = _place_groups(1, self.scene.dtype)[0]
             _pass.lower(
-                tables_of(self.scene, plan),
+                tables_of(self.scene_with(settings), plan),
                 self.camera,
                 plan.program,
                 nobody,
@@ -216,10 +221,12 @@ class Tracer:
         """One plan for points and one for footprints, as deep as settings may be, with a cutoff where anything
         branches.
         """
-        kind = bool(settings.footprint)
+        footprint = bool(settings.footprint)
+        kind = footprint, settings.light_samples
         if kind not in self._plans:
+            scene = self.scene_with(settings)
             plan = make_plan(
-                self.scene, self._sized, max_depth=DEEPEST, capacity=likely_room(self._sized), footprint=int(kind)
+                scene, self._sized, max_depth=DEEPEST, capacity=likely_room(self._sized), footprint=int(footprint)
             )
             branching = plan.effects.reflection or plan.effects.refraction
             self._plans[kind] = replace(plan, effects=plan.effects.switched(cutoff=branching))

@@ -130,6 +130,7 @@ def _shadow_rays(scene: Scene, camera: AbstractCamera, plan: Plan, trees: Record
     whole = jax.tree.map(jnp.ones_like, tables.coefficients["k_s"])
     tables = replace(tables, coefficients=tables.coefficients | {"k_s": whole, "k_t": whole})
     trees = eqx.tree_at(lambda t: t.nodes.primitive, trees, jnp.where(counted, trees.nodes.primitive, -1))
+    plan = replace(plan, effects=plan.effects.switched(distance_fade=False))
     return round(float(np.asarray(_lit_points(tables, camera, trees, plan.program), np.float64).sum()))
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from ..records import shortest
-from ..scene import Material, PointLight, Scene
+from ..scene import Material, PointLight, Scene, SpotLight
 
 COLOURED = ("k_a", "k_d", "k_h", "k_s", "k_t")
 KNOWN = (*COLOURED, "phong_exponent", "refractive_index")
@@ -61,9 +61,9 @@ def halfway_exponent(material: Material) -> float:
     return exponent(material) * (4 if material.highlight == "reflected" else 1)
 
 
-def fading(light: PointLight, distance: float) -> float:
+def fading(light: PointLight | SpotLight, distance: float) -> float:
     """What part of its colour arrives at a distance."""
     if light.attenuation is None:
         return 1.0
     total = float(plain(light.attenuation) @ (1.0, distance, distance**2))
-    return min(1.0, 1 / total) if total else 1.0
+    return (min(1.0, 1 / total) if light.held else 1 / total) if total else 1.0

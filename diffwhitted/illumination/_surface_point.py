@@ -39,6 +39,8 @@ class SurfacePoint(eqx.Module):
     """The normal changes by this times a small step along the surface; None for points."""
     uv: tuple[Float[Array, "n"], Float[Array, "n"]] | None = None
     """Texture coordinates that the object brings along; None where no shape of the scene has any."""
+    left: Float[Array, "n"] | None = None
+    """What effects leave of light on its way from here to where the ray came from; None: all of it."""
     mean_radicand: Float[Array, "n"] | None = None
     """Of cos_r**2 over the part of a pixel that lies before the rim of total reflection; None: that of the point."""
 

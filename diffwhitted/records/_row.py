@@ -12,7 +12,7 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from .._errors import SceneError
-from ._checks import is_traced, number_array, require
+from ._checks import is_traced, number_array, require, whole_number
 from ._scale import SCALES, Scale, ScaleName
 
 REQUIRED: Final = object()
@@ -20,7 +20,7 @@ REQUIRED: Final = object()
 
 Kind = Literal[
     "number", "vector", "direction", "colour", "number or colour", "number or vector", "numbers", "list", "vectors",
-    "pairs", "colours", "texels", "matrix", "faces", "flag", "text", "file", "choice",
+    "pairs", "colours", "texels", "matrix", "faces", "flag", "count", "text", "file", "choice",
 ]  # fmt: skip
 Moves = Literal["nothing", "patterns", "shadows", "rays"]
 Freedom = Literal["each", "turn", "roll", "flat"]
@@ -80,6 +80,8 @@ class Row:
     points between which the axis runs."""
     textured: bool = True
     """Of what may be a colour: may a texture multiply it?"""
+    table: str = ""
+    """In a file it is a key of this inline table of the record; its name is the table's, an underscore, and the key."""
     parts: tuple[str, ...] = ()
     """Names of its numbers, where r, g, b of a colour or x, y, z of a vector do not fit. Of the kind "numbers": one for
     each of them."""
@@ -87,7 +89,7 @@ class Row:
     @property
     def numeric(self) -> bool:
         """Does it hold numbers that have names, one by one, and that a fit may look for?"""
-        return self.kind not in ("texels", "text", "file", "choice", "flag", "matrix", "faces")
+        return self.kind not in ("texels", "text", "file", "choice", "flag", "count", "matrix", "faces")
 
     @property
     def coloured(self) -> bool:
@@ -165,6 +167,9 @@ class Row:
             if isinstance(value, (bool, np.bool_)):
                 return bool(value)
             raise SceneError(f"{place}: {self.name} = {value!r}; allowed is true or false")
+        if self.kind == "count":
+            lowest, highest = int(self.lowest), int(self.highest) if isfinite(self.highest) else None
+            return whole_number(value, f"{place}: {self.name}", lowest, highest)
         if self.kind == "faces":
             return self._faces(value, place)
         each = 2 if self.kind == "pairs" else 3

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._errors import SceneNote
-from ..scene import AbstractCamera, Scene, is_traced
+from ..scene import AbstractCamera, Scene, is_traced, most_ambient
 from ..tree import Plan
 
 
@@ -37,7 +37,7 @@ def _reasons(scene: Scene, camera: AbstractCamera, plan: Plan) -> Iterator[str]:
         yield f"every object is {behind}, and the background is black; change look_from, look_at or vfov_deg"
     # What could bring light.
     used = {thing.material: _material(scene, thing) for thing in scene.objects}.values()
-    glows = _some(scene.ambient) and any(_some(m.k_a) for m in used)
+    glows = _some(most_ambient(scene.ambient)) and any(_some(m.k_a) for m in used)
     lit = any(_some(m.k_d) or (m.highlight != "off" and _some(m.highlight_coefficient())) for m in used)
     lamps = [light for light in scene.lights if _some(getattr(light, "colour", 1))]
     if not glows and not scene.lights:

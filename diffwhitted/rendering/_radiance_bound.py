@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..numerics._vector import vec3
-from ..scene import DEEPEST, AbstractCamera, Scene, numbered_objects
+from ..scene import DEEPEST, AbstractCamera, Scene, most_ambient, numbered_objects
 from ..shapes import AbstractObject
 from ..tree import Beyond, Passed, Plan, effect_rows
 
@@ -43,7 +43,9 @@ def radiance_bounds(scene: Scene, camera: AbstractCamera, plan: Plan) -> np.ndar
     Of trees of up to `DEEPEST` levels. Infinite where a kind of light, texture, background or effect states no bound.
     """
     objects = numbered_objects(scene)
-    if any(row.weighs is not None and row.extremes is None and row.name in plan.effects for row in effect_rows()):
+    left = _most_left(scene, plan)
+    unknown = (row.weighs is not None and row.extremes is None and row.name in plan.effects for row in effect_rows())
+    if not np.isfinite(left) or any(unknown):
         return np.full((2, len(objects), 3), np.inf)
     background = np.asarray(scene.background.brightest())
     # Bound what each object sends back itself, seen from outside and from within, and what its branches pass on.
@@ -51,10 +53,10 @@ def radiance_bounds(scene: Scene, camera: AbstractCamera, plan: Plan) -> np.ndar
     by_material = {name: _Material.of(scene, name, plan) for name in {thing.material for thing in objects}}
     made_of = [by_material[thing.material] for thing in objects]
     local, ambient, all_of_it = (
-        np.stack([getattr(m, field) for m in made_of]) for field in ("local", "ambient", "total")
+        left * np.stack([getattr(m, field) for m in made_of]) for field in ("local", "ambient", "total")
     )
     # For each pair of weights that a material may have, that of the mirror ray and that of the transmitted one.
-    pairs = [np.stack([np.stack(m.pairs[k]) for m in made_of], 1) for k in range(MOST_EXTREMES)]
+    pairs = [left * np.stack([np.stack(m.pairs[k]) for m in made_of], 1) for k in range(MOST_EXTREMES)]
     k_t = np.max([through for _, through in pairs], axis=0)
     dark = bodies.convex & (scene.shadows == "opaque")
     for light in scene.lights:
@@ -77,6 +79,15 @@ def radiance_bounds(scene: Scene, camera: AbstractCamera, plan: Plan) -> np.ndar
             inside = np.maximum(from_inside, _most(met, others & near))
             out, into = outwards, np.where(solid[:, None], inside, outwards)
     return np.stack([out, into])
+
+
+def _most_left(scene: Scene, plan: Plan) -> float:
+    """The most that effects leave of light on the way from one surface to the next."""
+    left = 1.0
+    for row in effect_rows():
+        if row.dims is not None and row.name in plan.effects:
+            left *= np.inf if row.dims_to is None else row.dims_to(scene)
+    return left
 
 
 def _passed(weight: np.ndarray, light: np.ndarray | float) -> np.ndarray:
@@ -126,7 +137,7 @@ class _Material:
         for row in effect_rows():
             if row.name in plan.effects:
                 at_most = row.most(scene, name, at_most)
-        ambient = _passed(at_most["k_a"], np.asarray(scene.ambient, np.float64)) + sum(added, np.zeros(3))
+        ambient = _passed(at_most["k_a"], np.asarray(most_ambient(scene.ambient), np.float64)) + sum(added, np.zeros(3))
         back = at_most["k_d"] + (0.0 if m.highlight == "off" else at_most["k_h"])
         # Find how the branches are weighed, and what total reflection carries.
         k_s, k_t = at_most["k_s"], at_most["k_t"]

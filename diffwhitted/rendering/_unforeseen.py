@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..scene import Material, Scene
+from ..scene import Material, Scene, most_ambient
 from ..tree import Plan, effect_rows
 
 
@@ -59,7 +59,7 @@ def _called_for(scene: Scene, plan: Plan) -> dict[str, Bool[Array, ""] | bool]:
     }
     return added | {
         "absorption": reduce(jnp.logical_or, map(_absorbs, used), jnp.bool_(False)) & deep,
-        "ambient": _any(m.at_work("k_a") for m in used) & _positive(scene.ambient),
+        "ambient": _any(m.at_work("k_a") for m in used) & _positive(most_ambient(scene.ambient)),
         "diffuse": _any(m.k_d for m in used) & lit,
         "highlight": _any(m.highlight_coefficient() for m in used if m.highlight != "off") & lit,
         "reflection": _any(m.k_s for m in used) & deep,

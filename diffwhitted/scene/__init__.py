@@ -20,6 +20,7 @@ from ..shapes import (
 )
 from ._classes import CLASS_NAMES, CLASSES, FresnelModel
 from ._coefficients import BY_NAME, COEFFICIENTS, coefficients, including_coefficient
+from ._hemisphere import Ambient, Hemisphere, most_ambient
 from ._material import FRESNEL_MODELS, HIGHLIGHTS, HighlightModel, Material, highest_coat, textured_rows
 from ._names import coefficient_value, replace_coefficient
 from ._near import near
@@ -33,25 +34,38 @@ from ._parameters import (
     parameters,
     replace_parameter,
 )
-from ._scene import Precision, Scene, ShadowModel, TotalReflection, check_footprint, float_dtype
+from ._scene import DISTANCE_FADE, Precision, Scene, ShadowModel, TotalReflection, check_footprint, float_dtype
 from ._sheets import Sheet, shared_sheets
 from ._shot import TEXTS, PixelFilter, Shot, from_middle
-from ._tables import Marks, Tables, marks_of, material_names, numbered_objects, tabulate, texture_names
+from ._tables import Marks, Tables, marks_of, material_names, numbered_objects, tabled_lights, tabulate, texture_names
 from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground, GradientBackground
 from .cameras import CAMERAS, VIEW, AbstractCamera, Camera, OrthographicCamera
-from .lights import LIGHTS, AbstractLight, DirectionalLight, PointLight
+from .lights import (
+    LIGHTS,
+    MOST_SAMPLES,
+    AbstractLight,
+    Border,
+    DirectionalLight,
+    PointLight,
+    RectangleLight,
+    SphereLight,
+    SpotLight,
+    WarnLight,
+)
 from .textures import TEXTURES, AbstractTexture, Checker, ImageTexture, TexturePoint
 
 __all__ = [
-    "AbstractBackground", "AbstractCamera", "AbstractLight", "AbstractObject", "AbstractTexture", "BACKGROUNDS",
-    "BY_NAME", "Box", "CAMERAS", "CLASSES", "CLASS_NAMES", "COEFFICIENTS", "FRESNEL_MODELS", "FresnelModel", "Camera",
-    "Checker", "Cone", "ConstantBackground", "Cylinder", "DEEPEST", "DirectionalLight", "Disc", "FAMILIES",
-    "GradientBackground", "HIGHLIGHTS", "HighlightModel", "LIGHTS", "Marks", "Material", "Mesh", "OBJECTS",
-    "OrthographicCamera", "POSE", "Parameter", "PixelFilter", "Plane", "PointLight", "Polygon", "Polyhedron",
-    "Precision", "Quadric", "Row", "Scene", "ShadowModel", "Sheet", "Shot", "Sphere", "SphereSet", "TEXTS",
-    "TEXTURES", "Tables", "Torus", "TotalReflection", "VIEW", "WITHOUT_NAME", "check_footprint", "coefficient_value",
-    "coefficients", "depth_number", "find_parameter", "float_dtype", "from_middle", "highest_coat",
-    "including_coefficient", "is_traced", "marks_of", "material_names", "near", "nearest_name", "numbered_objects",
-    "parameter_value", "parameters", "replace_coefficient", "replace_parameter", "shared_sheets", "shortest",
-    "tabulate", "texture_names", "textured_rows", "whole_number", "ImageTexture", "TexturePoint", "maps",
+    "AbstractBackground", "AbstractCamera", "AbstractLight", "AbstractObject", "AbstractTexture", "Ambient",
+    "BACKGROUNDS", "BY_NAME", "Border", "Box", "CAMERAS", "CLASSES", "CLASS_NAMES", "COEFFICIENTS", "Camera",
+    "Checker", "Cone", "ConstantBackground", "Cylinder", "DEEPEST", "DISTANCE_FADE", "DirectionalLight", "Disc",
+    "FAMILIES", "FRESNEL_MODELS", "FresnelModel", "GradientBackground", "HIGHLIGHTS", "Hemisphere", "HighlightModel",
+    "ImageTexture", "LIGHTS", "MOST_SAMPLES", "Marks", "Material", "Mesh", "OBJECTS", "OrthographicCamera", "POSE",
+    "Parameter", "PixelFilter", "Plane", "PointLight", "Polygon", "Polyhedron", "Precision", "Quadric",
+    "RectangleLight", "Row", "Scene", "ShadowModel", "Sheet", "Shot", "Sphere", "SphereLight", "SphereSet",
+    "SpotLight", "TEXTS", "TEXTURES", "Tables", "TexturePoint", "Torus", "TotalReflection", "VIEW", "WITHOUT_NAME",
+    "WarnLight", "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter",
+    "float_dtype", "from_middle", "highest_coat", "including_coefficient", "is_traced", "maps", "marks_of",
+    "material_names", "most_ambient", "near", "nearest_name", "numbered_objects", "parameter_value", "parameters",
+    "replace_coefficient", "replace_parameter", "shared_sheets", "shortest", "tabled_lights", "tabulate",
+    "texture_names", "textured_rows", "whole_number",
 ]  # fmt: skip

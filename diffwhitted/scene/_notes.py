@@ -42,6 +42,7 @@ def give_notes(
         notes = [
             *turned_faces(objects, glass),
             *_near_lamps(objects, lights),
+            *_hard_outlines(objects, lights),
             *_lamps_inside(objects, glass, lights, cameras),
             *_large_shares(materials),
             *_bright_colours(lights, background),
@@ -73,8 +74,19 @@ def _near_lamps(objects: Sequence[AbstractObject], lights: Sequence[AbstractLigh
             yield (
                 f"light {light.name!r} is {nearest:.3g} m from object {name!r}: nearer than {reach:.3g} m its "
                 f"attenuation is held at 1, so it is no brighter there; for one that goes on to grow, as the inverse "
-                'square does, write attenuation_limit = "none" beside it'
+                "square does, write clamped = false beside it"
             )
+
+
+def _hard_outlines(objects: Sequence[AbstractObject], lights: Sequence[AbstractLight]) -> Iterator[str]:
+    """Objects whose shadow is hard though the light is a ball."""
+    balls = [light.name or "" for light in lights if light.ball_radius() is not None]
+    hard = list(dict.fromkeys(thing.written_type() for thing in objects if not thing.FAMILY.FOOTPRINT))
+    if balls and hard:
+        yield (
+            f"light {balls[0]!r} is looked at by one ray (samples = 0), and the outline of objects of type "
+            f"{', '.join(hard)} is not known, so their shadows are hard; state samples = 16 or more to make them soft"
+        )
 
 
 def _lamps_inside(

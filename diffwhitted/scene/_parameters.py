@@ -7,9 +7,8 @@ The family word comes first; a name without one is a material's. What numbers a 
 kind of light or shape has its names by itself.
 """
 
-import inspect
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import jax
@@ -18,14 +17,13 @@ import numpy as np
 
 from .._errors import SceneError
 from ..records import Row, changed, is_traced, nearest_name, number_array, rows_of
+from ._again import check_again
 from ._classes import MaterialClass
 from ._coefficients import BY_NAME, coefficients
 from ._material import checked
 from ._scene import Scene
-from .cameras import AbstractCamera
+from ._settings import settings_of, settings_under
 
-SETTINGS = (Row("ambient", "colour", "Ambient light I_a, linear RGB; multiplies k_a.", lowest=0),)
-"""The numbers of the table [scene] that have a name."""
 FAMILIES = ("light", "object", "camera", "texture", "shot")
 """The families whose members have names, beside the materials."""
 WITHOUT_NAME = ("scene", "background")
@@ -40,7 +38,7 @@ class Parameter:
     family: str
     """"material", "light", "object", "camera", "texture", "shot", "scene" or "background"."""
     owner: str
-    """The name of the record; empty for the last two families."""
+    """The name of the record; of the last two families empty, or the key of [scene] that is a record itself."""
     row: Row
     """Its unit, interval, scale, and what a change of it moves."""
 
@@ -48,13 +46,15 @@ class Parameter:
     def name(self) -> str:
         """Such as "light.key.colour"; of a material without the family word."""
         if self.family in WITHOUT_NAME:
-            return f"{self.family}.{self.row.name}"
+            return ".".join(filter(None, (self.family, self.owner, self.row.name)))
         return f"{'' if self.family == 'material' else f'{self.family}.'}{self.owner}.{self.row.name}"
 
     @property
     def place(self) -> str:
         """The record, as messages call it."""
-        return self.family if self.family in WITHOUT_NAME else f"{self.family} {self.owner!r}"
+        if self.family in WITHOUT_NAME:
+            return ": ".join(filter(None, (self.family, self.owner)))
+        return f"{self.family} {self.owner!r}"
 
     def value(self, scene: Scene):
         """Its value; an absent k_h reads as k_s."""
@@ -81,13 +81,14 @@ class Parameter:
                 new = changed(record, values={**record.values, self.row.name: array})
                 return changed(scene, materials={**scene.materials, self.owner: new})
             case "scene":
-                return changed(scene, **{self.row.name: array})
+                new = {self.row.name: array}
+                return changed(scene, **({self.owner: changed(self.record(scene), **new)} if self.owner else new))
         record = self.record(scene)
         # Texels that are replaced are no longer those of a file.
         gone = {"file": None, "encoding": None} if self.row.kind == "texels" else {}
         new = changed(record, **{self.row.name: array}, **gone)
         if not any(map(is_traced, jax.tree.leaves(new))):
-            _check(new, self.place)
+            check_again(new, self.place)
         if self.family == "background":
             return changed(scene, background=new)
         field, held = self._held(scene)
@@ -123,7 +124,8 @@ class Parameter:
     def record(self, scene: Scene):
         """What holds it: a light, an object, a camera, ..., or the scene itself."""
         if self.family in WITHOUT_NAME:
-            return scene if self.family == "scene" else scene.background
+            held = scene if self.family == "scene" else scene.background
+            return getattr(held, self.owner) if self.owner else held
         return scene.materials[self.owner] if self.family == "material" else _members(scene, self.family)[self.owner]
 
 
@@ -204,7 +206,7 @@ def _all(scene: Scene) -> Iterator[Parameter]:
         for name, record in _members(scene, family).items():
             if "." not in name:
                 yield from (Parameter(family, name, row) for row in _there(record))
-    yield from (Parameter("scene", "", row) for row in SETTINGS)
+    yield from (Parameter("scene", owner, row) for owner, row in settings_of(scene))
     yield from (Parameter("background", "", row) for row in _there(scene.background))
 
 
@@ -238,8 +240,9 @@ def _of_material(scene: Scene, name: str) -> tuple[Parameter, str] | None:
 def _of_family(scene: Scene, name: str, family: str, rest: str) -> tuple[Parameter, str]:
     """What a name that begins with a family word stands for, and a component of it."""
     if family in WITHOUT_NAME:
-        owner, key, component = "", *_parted(rest)
-        rows = {row.name: row for row in (SETTINGS if family == "scene" else _there(scene.background))}
+        owner, rest, known = settings_under(scene, rest) if family == "scene" else ("", rest, _there(scene.background))
+        key, component = _parted(rest)
+        rows = {row.name: row for row in known}
     else:
         members = _members(scene, family)
         owner, key, component = rest.partition(".")[0], *_parted(rest.partition(".")[2])
@@ -300,13 +303,3 @@ def _not_of_class(material: str, coefficient: str, kind: MaterialClass) -> Scene
         f"coefficient '{material}.{coefficient}': material {material!r} is of class {kind.name!r}, which has no "
         f"{coefficient}; there is {has}"
     )
-
-
-def _check(record, place: str) -> None:
-    """Make the record anew, for the checks that concern several of its fields."""
-    kind: Any = type(record)
-    takes = inspect.signature(kind.__init__).parameters
-    stated = {field.name: getattr(record, field.name) for field in fields(record) if field.name in takes}
-    if isinstance(record, AbstractCamera):
-        stated |= record.keys()
-    kind(**stated, **({"place": place} if "place" in takes else {}))

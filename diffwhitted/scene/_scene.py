@@ -11,8 +11,9 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._errors import FarFromOrigin, SceneError
-from ..records import changed, in_dtype, nearest_name, number_array, require
+from ..records import Row, changed, in_dtype, nearest_name, number_array, require
 from ..shapes import OBJECTS, AbstractObject, has_pose
+from ._hemisphere import Ambient, Hemisphere
 from ._material import Material
 from ._notes import give_notes
 from ._shot import Shot
@@ -27,6 +28,10 @@ Precision = Literal["float32", "float64"]
 
 LARGEST_FOOTPRINT = 64
 LARGEST_BANDS = 128
+DISTANCE_FADE = Row(
+    "distance_fade", "numbers", "(a, b): light along a ray of d metres between two surfaces, or to the camera, is "
+    "multiplied by max(0, a + b d); b in 1/m. Default: it is not.", default=None, scale="unbounded", parts=("a", "b"),
+)  # fmt: skip
 
 
 class Scene(eqx.Module):
@@ -35,7 +40,9 @@ class Scene(eqx.Module):
     `precision` is the floating-point type of every array in it and so of the whole computation;
     "float64" needs `jax.config.update("jax_enable_x64", True)` first. `footprint` = k traces k x k trees a pixel
     whose rays know their share of it, so that edges are averaged over the pixel; 0 traces points. A branch
-    that would carry less than `cutoff` in all channels is not followed; 0 follows every branch.
+    that would carry less than `cutoff` in all channels is not followed; 0 follows every branch. `ambient` is linear
+    RGB, or a `Hemisphere`. `distance_fade` = (a, b) multiplies the light along a ray of length d from a surface to
+    another, or to the camera, by max(0, a + b d).
     """
 
     objects: tuple[AbstractObject, ...]
@@ -46,7 +53,8 @@ class Scene(eqx.Module):
     background: AbstractBackground
     shots: tuple[Shot, ...]
     """Pictures of it that a fit looks at; rendering does not read them."""
-    ambient: Float[Array, "3"]
+    ambient: Ambient
+    distance_fade: Float[Array, "2"] | None
     cutoff: Float[Array, ""]
     max_depth: int = eqx.field(static=True)
     total_internal_reflection: TotalReflection = eqx.field(static=True)
@@ -80,6 +88,7 @@ class Scene(eqx.Module):
         seed: int = 0,
         cutoff: float = 0.0,
         precision: Precision = "float32",
+        distance_fade=None,
     ):
         dtype = float_dtype(precision)
         background = ConstantBackground((0.0, 0.0, 0.0)) if background is None else background
@@ -98,8 +107,11 @@ class Scene(eqx.Module):
             {name: placed(record) for name, record in (records or {}).items()} for records in (cameras, textures)
         )
         self.background, self.shots = cast(background), tuple(map(cast, shots))
-        self.ambient = cast(number_array(ambient, "scene", "ambient", ((), (3,))) * np.ones(3))
-        require(lambda a: (a >= 0).all(), "scene", "ambient", self.ambient, ">= 0")
+        if not isinstance(ambient, Hemisphere):
+            ambient = number_array(ambient, "scene", "ambient", ((), (3,))) * np.ones(3)
+            require(lambda a: (a >= 0).all(), "scene", "ambient", ambient, ">= 0")
+        self.ambient = cast(ambient)
+        self.distance_fade = None if distance_fade is None else cast(_fade(distance_fade))
         self.cutoff = cast(_cutoff(cutoff))
         self.max_depth, self.shadows, self.footprint = max_depth, shadows, footprint
         self.bands, self.seed = _bands(bands), _seed(seed)
@@ -110,7 +122,7 @@ class Scene(eqx.Module):
 
     @property
     def dtype(self):
-        return self.ambient.dtype
+        return self.cutoff.dtype
 
     @property
     def precision(self) -> Precision:
@@ -231,6 +243,13 @@ def _seed(seed) -> int:
     if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**31:
         raise SceneError(f"scene: seed = {seed!r}; allowed is a whole number from 0 to 2147483647")
     return seed
+
+
+def _fade(value):
+    fade = DISTANCE_FADE.read(value, "scene")
+    some = "numbers a, b of which one is > 0, as a + b d is <= 0 at any distance d else, so no light would arrive"
+    require(lambda ab: (ab > 0).any(), "scene", "distance_fade", fade, some)
+    return fade
 
 
 def check_footprint(footprint, place: str = "scene: "):

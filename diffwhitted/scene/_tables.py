@@ -21,6 +21,7 @@ from ..records import changed, grouped, is_traced, stacked
 from ..shapes import OBJECTS, AbstractObject
 from ._coefficients import coefficients
 from ._dispersion import departures
+from ._hemisphere import Hemisphere
 from ._material import CHOICES, Material, textured_rows
 from ._scene import Scene
 from ._search import Known, known_boxes, shapes_of
@@ -61,7 +62,8 @@ class Tables(eqx.Module):
     lights: tuple[AbstractLight, ...]
     """In the same way."""
     background: AbstractBackground
-    ambient: Vec3
+    ambient: Vec3 | Hemisphere
+    distance_fade: Float[Array, "2"] | None
     cutoff: Float[Array, ""]
     mirrors: Bool[Array, "materials"]
     """Does the material send mirror rays?"""
@@ -134,9 +136,10 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         },
         texture_of=texture_of,
         textures=textures,
-        lights=grouped(scene.lights)[0],
+        lights=tabled_lights(scene)[0],
         background=jax.tree.map(jnp.asarray, scene.background),
-        ambient=vec3(jnp.asarray(scene.ambient)),
+        ambient=_ambient(scene),
+        distance_fade=None if scene.distance_fade is None else jnp.asarray(scene.distance_fade),
         cutoff=jnp.asarray(scene.cutoff),
         mirrors=marks.wanted["k_s"] | _some(table["k_s"]),
         transparent=marks.wanted["k_t"] | _some(table["k_t"]),
@@ -197,6 +200,20 @@ def marks_of(
         boxes=known_boxes(objects) if searched else (),
         sheets=sheets_of(objects, shared, {thing.name for thing in objects if thing.material in clear_names}),
     )
+
+
+def tabled_lights(scene: Scene) -> tuple[tuple[AbstractLight, ...], list[int], np.ndarray]:
+    """The lights stacked, those of one structure in one record; for each of them the number of the light of the scene
+    that it is part of, and its place in the order of the groups.
+    """
+    members = [(number, one) for number, light in enumerate(scene.lights) for one in light.members()]
+    groups, order = grouped([one for _, one in members])
+    return groups, [number for number, _ in members], order
+
+
+def _ambient(scene: Scene) -> Vec3 | Hemisphere:
+    ambient = jax.tree.map(jnp.asarray, scene.ambient)
+    return ambient if isinstance(ambient, Hemisphere) else vec3(ambient)
 
 
 def _column(values: list, coloured: bool):

@@ -5,8 +5,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Int
 
 from ..geometry import Ray, silhouette_of
-from ..illumination import SurfacePoint, count_bits, light_footprint, tint
+from ..illumination import SurfacePoint, count_bits, light_footprint, seen_of_ball, tint
 from ..numerics._coverage import coverage
+from ..numerics._safe import safe_divide
 from ..numerics._stage import packed
 from ..numerics._vector import Vec3, lookup, where
 from ..scene import AbstractLight, Tables
@@ -66,8 +67,19 @@ def _past_silhouettes(
         silhouette = silhouette_of(tables.shapes, Ray(position, to_light), beam, occluder)
         return _past(tables, plan, occluder, coverage(-silhouette))
 
+    def look_at_ball(position, to_light, footprint, occluder):
+        pixel = None if footprint is None else light_footprint(light, position, footprint)
+        size = safe_divide(light.ball_radius(), light.arriving(position)[1])
+        return _past(
+            tables, plan, occluder, seen_of_ball(tables.shapes, Ray(position, to_light), size, pixel, occluder)
+        )
+
+    soft = plan.effects.soft_shadows and light.ball_radius() is not None
     for occluder in seen.shading:
-        through = through * packed(occluder >= 0, look, whole, point.position, to_light, point.footprint, occluder)
+        at = point.position, to_light, point.footprint, occluder
+        passed = packed(occluder >= 0, look_at_ball if soft else look, whole, *at)
+        # Of a ball the one that hides most of it counts; parts of a footprint are hidden one by one.
+        through = jax.tree.map(jnp.minimum, through, passed) if soft else through * passed
     return through
 
 

@@ -48,6 +48,11 @@ class Asked:
         return shared_sheets(self.scene.placed_objects(), {thing.name for thing in self.users("k_t")})
 
 
+def frees_ambient(free: Collection[str]) -> bool:
+    """Is ambient light, or a part of it, among the names of what a fit leaves free?"""
+    return any(name == "scene.ambient" or name.startswith("scene.ambient.") for name in free)
+
+
 def calls_for(scene: Scene, material: str, coefficient: str, free: Collection[str] = ()) -> str | None:
     """Why a coefficient of a material is at work ("glass.k_t = 0.7", "... is free"), or None if it is zero."""
     record, name = scene.materials[material], f"{material}.{coefficient}"

@@ -1,5 +1,7 @@
 """Where the rays of a block set out: at the camera, or at the surfaces that their parents met."""
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool
@@ -8,7 +10,7 @@ from ..geometry import NOTHING, Departure, Footprint, Ray
 from ..numerics._stage import stage
 from ..numerics._vector import Vec3
 from ..scene import AbstractCamera, Tables
-from ._arrival import Arrival, Origin
+from ._arrival import PAST, Arrival, Origin
 from ._branch import child, departure
 from ._dispersion import of_band
 from ._gloss import chances, roughened
@@ -67,6 +69,14 @@ def parents_of(origin: Origin, arrivals):
     return jax.lax.cond(
         of_camera(origin), none, lambda arrivals: jax.tree.map(lambda a: a[origin.parent], arrivals), arrivals
     )
+
+
+def run_on(plan: Plan, at: Arrival, parents: Arrival | None, origin: Origin) -> Arrival:
+    """The arrival of rays some of which run on past a silhouette: these have come from where their parents set out."""
+    if parents is None or not plan.footprint or not plan.effects.distance_fade:
+        return at
+    before = jnp.where(origin.branch == PAST, parents.distance, 0)
+    return replace(at, distance=at.distance + before)
 
 
 def of_camera(origin: Origin) -> Bool[Array, ""]:

@@ -12,14 +12,24 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Array, Int
+from jaxtyping import Array, Float, Int
 
 from ..illumination import SurfacePoint, fresnel_highlight, polished, polished_most, polished_towards  # fmt: skip
 from ..numerics._vector import Vec3
 from ..records import changed
-from ..scene import Scene
+from ..scene import Scene, Tables
 from ._asked import Asked
 from ._fresnel import Passed, dielectric, dielectric_extremes, metal, metal_extremes
+from ._light_effects import (
+    bordered,
+    distance_faded,
+    evenly_lit,
+    faded_by_distance,
+    hardened,
+    hemispherical,
+    most_left,
+    soft,
+)  # fmt: skip
 from ._reasons import (
     Reason,
     absorbing,
@@ -69,6 +79,10 @@ class Effect:
     """Light that a point sends back whatever lamps do."""
     weighs: Callable[[SurfacePoint, Int[Array, "n"], Vec3], Vec3] | None = None
     """What it makes of the weight of a branch."""
+    dims: Callable[[Tables, Float[Array, "n"]], Float[Array, "n"]] | None = None
+    """What is left of all light along a ray of so many metres between two surfaces, or to the camera."""
+    dims_to: Callable[[Scene], float] | None = None
+    """The most that `dims` is at any distance; None: no finite number is known."""
     brightest: Callable[[Scene, str], np.ndarray] | None = None
     """The most light that it adds at a point of a material (by name), (3,); None: no finite amount is known."""
     extremes: tuple[str, Callable[[np.ndarray, np.ndarray], tuple[Passed, ...]]] | None = None
@@ -100,6 +114,8 @@ def _metal_highlight(scene: Scene, name: str, most: dict[str, np.ndarray]) -> di
 
 EFFECTS: tuple[Effect, ...] = (
     Effect("ambient", with_coefficient("k_a"), "no object has k_a > 0", forbidden=no_ambient),
+    Effect("hemisphere", hemispherical, "ambient light is alike from all sides", (("ambient",), "no ambient light"),
+           without=evenly_lit),
     Effect("diffuse", with_coefficient("k_d"), "no object has k_d > 0", forbidden=dark),
     Effect("highlight", with_coefficient("k_h"), "no object has k_h > 0 with a highlight", forbidden=dark),
     Effect("polished", coated, "no object is polished", (("ambient", "diffuse"), "no light is looked at"),
@@ -110,6 +126,8 @@ EFFECTS: tuple[Effect, ...] = (
     Effect("shadows", caster, "no object can stand between a point and a light", LIT, no_shadows),
     Effect("tinted_shadows", with_coefficient("k_t"), "no object has k_t > 0", (("shadows",), "no shadow ray is cast"),
            not_tinted),
+    Effect("soft_shadows", soft, "no light is a ball that one ray looks at", (("shadows",), "no shadow ray is cast"),
+           without=hardened),
     Effect("reflection", with_coefficient("k_s"), "no object has k_s > 0", forbidden=flat),
     Effect("refraction", with_coefficient("k_t"), "no object has k_t > 0", forbidden=flat),
     Effect("total_internal_reflection", denser, "every transparent object has index 1", BENT),
@@ -127,6 +145,10 @@ EFFECTS: tuple[Effect, ...] = (
     Effect("textures", textured, "no coefficient in use has a texture"),
     Effect("attenuation", faded, "no point light has an attenuation", LIT,
            without=lambda s: changed(s, lights=tuple(light.without_fading() for light in s.lights))),
+    Effect("light_borders", bordered, "no light has a cone or flaps", LIT,
+           without=lambda s: changed(s, lights=tuple(light.without_borders() for light in s.lights))),
+    Effect("distance_fade", distance_faded, "no distance_fade", without=lambda s: changed(s, distance_fade=None),
+           dims=faded_by_distance, dims_to=most_left),
     Effect("background_gradient", gradient, "the background is one colour",
            without=lambda s: changed(s, background=s.background.plain())),
     Effect("footprint", lambda asked: f"footprint = {asked.trees}" if asked.trees else None, "footprint = 0"),

@@ -100,5 +100,5 @@ def _in_windows(plan: Plan, look: Callable, total):
 
 
 def _dark(plan: Plan, given: Given) -> Vec3:
-    one = given[0].ambient.x
+    one = given[0].cutoff
     return empty_buffers(Vec3(one, one, one), plan.pass_pixels)

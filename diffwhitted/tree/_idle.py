@@ -4,8 +4,8 @@ from collections.abc import Callable, Collection
 
 import numpy as np
 
-from ..scene import Material, Parameter, Scene, is_traced
-from ._asked import calls_for
+from ..scene import Material, Parameter, Scene, is_traced, most_ambient
+from ._asked import calls_for, frees_ambient
 
 
 def idle(
@@ -29,7 +29,7 @@ def idle(
             return _texture(scene, parameter.owner, free)
         case "camera" if cameras is not None and parameter.owner not in cameras:
             return f"camera {parameter.owner!r} takes none of the pictures"
-        case "scene" if parameter.row.name == "ambient" and not _used(scene, ("k_a",), free):
+        case "scene" if frees_ambient([parameter.name]) and not _used(scene, ("k_a",), free):
             return "no object has k_a > 0; give one a value or free it too"
     return None
 
@@ -45,7 +45,7 @@ def _coefficient(scene: Scene, material: str, coefficient: str, free: Collection
         return f"no object is made of {material!r}"
     if coefficient in ("k_d", "k_h", "phong_exponent") and not scene.lights:
         return "the scene has no light; add a [[light]]"
-    if coefficient == "k_a" and "scene.ambient" not in free and not _some(scene.ambient):
+    if coefficient == "k_a" and not frees_ambient(free) and not _some(most_ambient(scene.ambient)):
         return "ambient = 0; raise it, or fix k_a"
     if coefficient in ("k_h", "phong_exponent") and record.highlight == "off":
         return f'material {material!r} has highlight = "off"; choose "halfway" or "reflected"'

@@ -9,11 +9,11 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 
-from ..illumination import SurfacePoint, light_terms
+from ..illumination import SurfacePoint, light_terms, within_borders
 from ..numerics._stage import stage
 from ..numerics._vector import Vec3
 from ..records import member, member_count
-from ..scene import AbstractLight, Tables
+from ..scene import AbstractLight, Hemisphere, Tables
 from ._arrival import Arrival
 from ._arriving_light import arriving_part
 from ._effects import effect_rows
@@ -40,14 +40,24 @@ def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed
     radiance = Vec3(black, black, black)
     # Add what the surface sends back of ambient light, and what effects add.
     if effects.ambient:
-        radiance = radiance + point.coefficients["k_a"] * tables.ambient
+        ambient = tables.ambient
+        radiance = radiance + point.coefficients["k_a"] * (
+            ambient.at(point.shading_normal) if isinstance(ambient, Hemisphere) else ambient
+        )
     for row in adding:
         radiance = radiance + row.adds(point)
-    if not effects.lighting:
-        return radiance
-    # Add what it sends back of each light; a loop takes the lights of one structure one after the other.
+    radiance = _of_lights(tables, plan, nodes, at, point, radiance, needed) if effects.lighting else radiance
+    return radiance if point.left is None else radiance * point.left
+
+
+def _of_lights(
+    tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, point: SurfacePoint, radiance: Vec3, needed
+) -> Vec3:
+    """The radiance and what the points send back of each light; a loop takes the lights of one structure one after the
+    other.
+    """
     for number, lights in enumerate(tables.lights):
-        seen = nodes.seen[number] if effects.shadows else None
+        seen = nodes.seen[number] if plan.effects.shadows else None
         if member_count(lights) == 1:
             light, of_it = member(lights, 0), jax.tree.map(lambda a: a[0], seen)
             radiance = radiance + _sent_back(tables, plan, at, light, of_it, point, needed)
@@ -78,4 +88,6 @@ def _sent_back(
         sent_back = sent_back + point.coefficients["k_d"] * terms.diffuse
     if effects.highlight:
         sent_back = sent_back + point.coefficients["k_h"] * (terms.lit * terms.lobe)
+    if effects.light_borders:
+        arrives = arrives * within_borders(light, point)
     return sent_back * colour * arrives

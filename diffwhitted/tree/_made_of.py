@@ -1,6 +1,8 @@
 """What a point is made of: coefficients with their textures, both normals, the indices on both sides, the footprint."""
 
 from collections.abc import Sequence
+from functools import reduce
+from operator import mul
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
@@ -14,6 +16,7 @@ from ..records import member_count
 from ..scene import Tables
 from ..scene.textures import AbstractTexture, TexturePoint
 from ._arrival import Arrival
+from ._effects import effect_rows
 from ._plan import Plan
 
 STEEPEST = 1.6
@@ -52,6 +55,7 @@ def made_of(tables: Tables, plan: Plan, at: Arrival, needed, names: Sequence[str
         footprint=None if at.beam is None else at.beam.footprint,
         curvature=None if at.beam is None else at.beam.curvature,
         uv=at.uv,
+        left=_left_of_light(tables, plan, at.distance),
     )
 
 
@@ -79,6 +83,12 @@ def index_of(tables: Tables, object: Int[Array, "n"]) -> Float[Array, "n"]:
     """The refractive index of each object; 1 for -1."""
     index = lookup(tables.coefficients["refractive_index"], material_at(tables, jnp.maximum(object, 0)))
     return jnp.where(object >= 0, index, 1)
+
+
+def _left_of_light(tables: Tables, plan: Plan, distance: Float[Array, "n"]) -> Float[Array, "n"] | None:
+    """What effects leave of light along rays of these lengths; None: all of it."""
+    left = [row.dims(tables, distance) for row in effect_rows() if row.dims is not None and row.name in plan.effects]
+    return reduce(mul, left) if left else None
 
 
 def slant(at: Arrival) -> tuple[Float[Array, "n"], ...]:

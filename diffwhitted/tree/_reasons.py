@@ -5,9 +5,9 @@ from collections.abc import Callable
 import jax
 import numpy as np
 
-from ..scene import is_traced
+from ..scene import is_traced, most_ambient
 from ..shapes import AbstractObject
-from ._asked import Asked
+from ._asked import Asked, frees_ambient
 
 Reason = Callable[[Asked], str | None]
 
@@ -25,8 +25,8 @@ def flat(asked: Asked) -> str | None:
 
 
 def no_ambient(asked: Asked) -> str | None:
-    ambient = asked.scene.ambient
-    if "scene.ambient" in asked.free:
+    ambient = most_ambient(asked.scene.ambient)
+    if frees_ambient(asked.free):
         return None
     return "ambient = 0" if not is_traced(ambient) and not np.any(np.asarray(ambient) > 0) else None
 

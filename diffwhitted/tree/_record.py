@@ -31,7 +31,7 @@ from ._absorption import left_after
 from ._arrival import BRANCHES, PAST, TRANSMITTED, Arrival, Origin, arrival
 from ._beam import arriving
 from ._branch import branches
-from ._departure import any_ray, departing, parents_of, sides_of
+from ._departure import any_ray, departing, parents_of, run_on, sides_of
 from ._dispersion import at_band
 from ._gloss import chances, roughened
 from ._media import media
@@ -98,7 +98,7 @@ def follow(
     """
     samples, cameras = (samples, plan.pass_pixels) if window is None else window.of(plan, samples)
     room = cameras + plan.capacity
-    one = jnp.ones(plan.block, tables.ambient.dtype)
+    one = jnp.ones(plan.block, tables.cutoff.dtype)
     white = Vec3(one, one, one)
     weighed = light_of is not None or plan.effects.cutoff or plan.zero_weights
     lit = light_of is not None and window is not None
@@ -125,6 +125,7 @@ def follow(
         nodes, at, children = follow_rays(ray, footprint, sides, origin, dark, alive.any())
         if weighed and plan.effects.absorption:
             throughput = throughput * left_after(tables, plan, parents, origin, at)
+        at = run_on(plan, at, parents, origin)
         lineage, count, sends = q.lineage, q.count, None
         if plan.branching:
             sends = followed(tables, plan, at, origin.level, throughput, children, alive.any(), lit)

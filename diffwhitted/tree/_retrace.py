@@ -17,7 +17,7 @@ from ..scene import AbstractCamera, Tables
 from ._absorption import left_after
 from ._arrival import Arrival, arrival
 from ._beam import arriving
-from ._departure import any_ray, departing
+from ._departure import any_ray, departing, run_on
 from ._dispersion import at_band
 from ._local import local_radiance
 from ._plan import Plan
@@ -48,7 +48,7 @@ def retraced(light_of: Callable, plan: Plan, given: Given, record: Record) -> tu
         film = jax.tree.map(lambda f, a: f.at[nodes.origin.sample].add(a), film, added)
         return film, None if here is None else write_block(state, here, start)
 
-    tables, one = given[0], jnp.ones(plan.block, given[0].ambient.dtype)
+    tables, one = given[0], jnp.ones(plan.block, given[0].cutoff.dtype)
     ray, footprint, _, _ = any_ray(plan, one.dtype)
     nodes, white = read_block(record.nodes, 0, plan.block), Vec3(one, one, one)
     arrived = jax.eval_shape(lambda: _arrived(tables, plan, nodes, ray, footprint, jnp.bool_(True)))
@@ -72,6 +72,7 @@ def visit(
     arrived = _arrived(tables, plan, nodes, ray, footprint, alive.any())
     if plan.effects.absorption:
         throughput = throughput * left_after(tables, plan, at, nodes.origin, arrived)
+    arrived = run_on(plan, arrived, at, nodes.origin)
     added = throughput * light_of(tables, plan, nodes, arrived, alive.any())
     return masked(alive, added), None if parents is None else (arrived, throughput)
 

@@ -20,7 +20,8 @@ from ..geometry import (
     layers_crossed,
     near_silhouettes,
 )  # fmt: skip
-from ..illumination import before, glass_crossed, light_footprint, sees_light
+from ..illumination import ball_beam, before, glass_crossed, light_footprint, sees_light
+from ..numerics._safe import safe_divide
 from ..numerics._stage import packed, stage
 from ..numerics._vector import dot, lookup
 from ..records import member, member_count
@@ -30,6 +31,8 @@ from ._plan import Plan
 
 MOST_SHADING = 1
 """So many surfaces may occlude a light in part; further ones count whole or not at all."""
+MOST_SOFT = 4
+"""The same of a ball of light that one ray looks at."""
 
 
 class Seen(eqx.Module):
@@ -40,7 +43,7 @@ class Seen(eqx.Module):
     crossed: tuple[Int[Array, "*lights n"], ...]
     """For each transparent material: its surfaces in between, where shadows are tinted."""
     shading: tuple[Int[Array, "*lights n"], ...]
-    """The surfaces that occlude part of the light from the footprint, -1 for none; empty for points."""
+    """The surfaces that occlude part of the light from the footprint, or part of a ball of light, -1 for none."""
 
 
 def shadows_at(tables: Tables, plan: Plan, at: Arrival, needed) -> tuple[Seen, ...]:
@@ -76,8 +79,12 @@ def _seen(tables: Tables, plan: Plan, at: Arrival, light: AbstractLight, blocks,
         distance = jnp.where(dot(at.shading_normal, to_light) > 0, distance, 0)
     # Ask whether something blocks the way to the light.
     sees = stage(needed, lambda *a: sees_light(tables.shapes, *a, blocks), ray, departure, distance)
+    hard = sees
     if at.beam is not None:
-        sees, parts = _in_part(tables, light, ray, at, departure, distance, blocks, sees, needed)
+        sees, parts = _in_part(tables, light, ray, at, departure, distance, blocks, hard, needed)
+    if plan.effects.soft_shadows and light.ball_radius() is not None:
+        more, others = _of_ball(tables, light, ray, departure, distance, blocks, hard, needed)
+        sees, parts = (more if at.beam is None else sees | more), (*parts, *others)
     # Count the surfaces of glass on the way.
     crossed, count = (), tables.marks.glass.shape[0]
     if plan.effects.tinted_shadows:
@@ -89,6 +96,23 @@ def _seen(tables: Tables, plan: Plan, at: Arrival, light: AbstractLight, blocks,
             upon = layers_crossed(tables.shapes, at.point, departure, tables.glass_of, count)
             crossed = tuple(one + more.astype(one.dtype) for one, more in zip(crossed, upon, strict=True))
     return Seen(sees, crossed, parts)
+
+
+def _of_ball(tables: Tables, light: AbstractLight, ray: Ray, departure: Departure, distance, blocks, sees, needed):
+    """Is some of a ball of light seen past all that hides the whole of it, and which surfaces hide part of it?"""
+    shapes, size = tables.shapes, safe_divide(light.ball_radius(), distance)
+
+    def near(ray, size):
+        return near_silhouettes(shapes, ray, jnp.zeros_like(size), 2**0.5 * size)
+
+    def look(ray, size, departure, distance):
+        beam = ball_beam(ray, size)
+        hidden, parts = hidden_parts(shapes, ray, beam, departure, before(distance), blocks, MOST_SOFT)
+        return ~hidden, parts
+
+    nobody = jnp.full(sees.shape, NOTHING, jnp.int32)
+    doubtful = stage(needed, near, ray, size)
+    return packed(doubtful, look, (sees, (nobody,) * MOST_SOFT), ray, size, departure, distance)
 
 
 def _in_part(

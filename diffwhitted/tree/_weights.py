@@ -13,7 +13,7 @@ from jaxtyping import Array, Float, Int
 from ..illumination import SurfacePoint
 from ..numerics._vector import Vec3, where
 from ..scene import Tables
-from ._arrival import MIRROR, TOTAL, TRANSMITTED, Arrival
+from ._arrival import MIRROR, PAST, TOTAL, TRANSMITTED, Arrival
 from ._effects import effect_rows
 from ._made_of import made_of
 from ._plan import Plan
@@ -28,7 +28,10 @@ def weighed_point(tables: Tables, plan: Plan, at: Arrival, needed) -> SurfacePoi
 
 
 def weight(plan: Plan, point: SurfacePoint, branch: Int[Array, "n"]) -> Vec3:
-    """The weight of a branch of each point, linear RGB; 1 for camera rays and for those that run past a silhouette."""
+    """The weight of a branch of each point, linear RGB; 1 for camera rays and for those that run past a silhouette.
+
+    What effects take of light on the way from the point to where its own ray came from is taken from its branches too.
+    """
     one = jnp.ones(branch.shape, point.position.dtype)
     factor = Vec3(one, one, one)
     if plan.effects.reflection:
@@ -38,7 +41,7 @@ def weight(plan: Plan, point: SurfacePoint, branch: Int[Array, "n"]) -> Vec3:
     for effect in effect_rows():
         if effect.weighs is not None and effect.name in plan.effects:
             factor = effect.weighs(point, branch, factor)
-    return factor
+    return factor if point.left is None else factor * jnp.where(branch == PAST, 1, point.left)
 
 
 def weight_at_rim(

@@ -10,8 +10,9 @@ import numpy as np
 
 from diffwhitted import KNOBS, InputError, Scene, Settings
 from diffwhitted.accuracy._choose import MARGIN, in_precision, spread_pixels
+from diffwhitted.accuracy._lamps import CONVERGED_SAMPLES, has_sized_lights
 from diffwhitted.accuracy._reference import Reference, reference, rmse
-from diffwhitted.accuracy._survey import Candidate, base_settings, cheapest, front, survey
+from diffwhitted.accuracy._survey import Candidate, base_settings, cheapest, front, survey, swept_knobs
 from diffwhitted.accuracy._tracer import Tracer
 from diffwhitted.scene import AbstractCamera, whole_number
 
@@ -135,6 +136,7 @@ def tradeoff(
         None,
         lambda refined: CONVERGED * min(rmse(a, refined) for a in accurate),
         lambda done: work("tracing the reference", 0.15 + 0.45 * done),
+        CONVERGED_SAMPLES if has_sized_lights(tracer.scene) else None,
     )
     work("looking for useful combinations", 0.6)
     some = spread_pixels(camera.width * camera.height, SURVEYED)
@@ -150,7 +152,7 @@ def tradeoff(
 
 def _most_accurate(tracer: Tracer) -> list[Settings]:
     """The most points and the most trees a pixel, as deep as the sweep goes. Dividing pixels does not go so far."""
-    deep = {knob.name: knob.sweep[-1] for knob in KNOBS if knob.name == "depth" and tracer.branches}
+    deep = {knob.name: knob.sweep[-1] for knob in swept_knobs(tracer) if knob.name in ("depth", "light_samples")}
     base = replace(base_settings(tracer), cutoff=0.0, **deep)
     return [base.only(**{knob.name: knob.sweep[-1]}) for knob in KNOBS if knob.name in ("samples", "footprint")]
 
@@ -160,9 +162,7 @@ def _programs(
 ) -> dict[Settings, list[str]]:
     """The settings to measure, and the sweeps that each lies in."""
     base, found = base_settings(tracer), {asked: []}
-    for knob in KNOBS:
-        if knob.group == "tree" and not tracer.branches or knob.group == "arithmetic" and not _has_float64():
-            continue
+    for knob in swept_knobs(tracer):
         for settings in base.alone(knob):
             found.setdefault(settings, []).append(knob.name)
     last = np.inf
@@ -181,12 +181,6 @@ def steps_that_count(points: Sequence, error: Callable[[Any], float]) -> list:
         if not kept or error(point) <= STEP * error(kept[-1]):
             kept.append(point)
     return kept
-
-
-def _has_float64() -> bool:
-    import jax
-
-    return jax.config.jax_enable_x64  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def _measured(

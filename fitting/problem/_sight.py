@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Int
 
 from diffwhitted.records import changed, grouped, member
-from diffwhitted.scene import Camera, Marks, Scene, Shot, Tables, tabulate
+from diffwhitted.scene import Camera, Marks, Scene, Shot, Tables, tabled_lights, tabulate
 
 from ._unknowns import Unknown
 
@@ -62,7 +62,7 @@ def sights(
     scene: Scene, cameras: Sequence[str], burning: Sequence[Sequence[str] | None], unknowns: tuple[Unknown, ...]
 ) -> tuple[Sight, ...]:
     """What each shot of a scene sees: the names of its camera and of the lights that burn (None: all)."""
-    lights, order = grouped(scene.lights)
+    lights, owners, order = tabled_lights(scene)
     sizes = [jax.tree.leaves(kind)[0].shape[0] for kind in lights]
     first = np.cumsum([0, *sizes])
     camera_kinds, shot_kinds = _kinds(list(scene.cameras.values())), _kinds(scene.shots)
@@ -74,7 +74,8 @@ def sights(
     rooms = [max(len(found[k]) for found in depends) for k in (0, 1)]
     made = []
     for number, (camera, names) in enumerate(zip(cameras, burning, strict=True)):
-        places = [order[k] for k, light in enumerate(scene.lights) if names is None or light.name in names]
+        burns = [names is None or light.name in names for light in scene.lights]
+        places = [place for place, owner in zip(order, owners, strict=True) if burns[owner]]
         chosen = [np.sort([p - first[k] for p in places if first[k] <= p < first[k + 1]]) for k in range(len(lights))]
         kinds = tuple(k for k, mine in enumerate(chosen) if len(mine))
         cameras_like, place = _alike(camera_kinds, camera_names.index(camera))

@@ -214,4 +214,4 @@ def _add_light(content: Content, number, place, found: _Found, lost: Losses, whe
         return
     if light.get("type") == "spot":
         lost.say("the cone of {} is lost: it shines to all sides", ("light", name))
-    found.lights.append(PointLight(place[:3, 3], colour, attenuation=(0, 0, 1), attenuation_limit="none", name=name))
+    found.lights.append(PointLight(place[:3, 3], colour, attenuation=(0, 0, 1), clamped=False, name=name))

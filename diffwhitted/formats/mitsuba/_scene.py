@@ -7,7 +7,17 @@ from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
 import numpy as np
 
 from ..._errors import printable
-from ...scene import Checker, ConstantBackground, DirectionalLight, GradientBackground, Plane, PointLight, Scene, Sphere
+from ...scene import (
+    Checker,
+    ConstantBackground,
+    DirectionalLight,
+    GradientBackground,
+    Plane,
+    PointLight,
+    Scene,
+    Sphere,
+    SpotLight,
+)
 from .._format import Written
 from .._losses import Losses, named
 from .._meshes import MESHES, checker_coordinates, polygon_file
@@ -58,21 +68,49 @@ def _add_background(root: Element, scene: Scene, lost: Losses) -> None:
 def _add_light(root: Element, scene: Scene, light, lost: Losses) -> None:
     """A light of colour c is pi c where it arrives, as diffuse surfaces send back a pi-th of what they get."""
     what = ("light", light.name or "")
-    if not isinstance(light, (PointLight, DirectionalLight)):
+    if not isinstance(light, (PointLight, DirectionalLight, SpotLight)) or _is_wide(light):
         lost.say(f"left out: {{}} ({light.written_type()})", what)
         return
     lost.unknown(light, [row.name for row in light.ROWS], what)
     arriving = np.pi * rgb(light.colour)
-    if isinstance(light, PointLight):
+    if isinstance(light, (PointLight, SpotLight)):
         distance = float(np.linalg.norm(plain(light.position) - extent(scene)[0]))
         lost.say("as bright as here in the middle of the scene, and fading by the square of the distance: {}", what)
-        emitter = SubElement(root, "emitter", type="point")
-        point(emitter, "position", plain(light.position))
+        emitter = (
+            _spot(root, light, lost) if isinstance(light, SpotLight) else SubElement(root, "emitter", type="point")
+        )
+        if isinstance(light, PointLight):
+            point(emitter, "position", plain(light.position))
         colour(emitter, "intensity", arriving * fading(light, distance) * distance**2)
     else:
         emitter = SubElement(root, "emitter", type="directional")
         point(emitter, "direction", -plain(light.direction), "vector")
         colour(emitter, "irradiance", arriving)
+
+
+def _is_wide(light) -> bool:
+    """Is it a spotlight without a cone, or with one that Mitsuba has no word for?"""
+    return isinstance(light, SpotLight) and (light.cone_deg is None or float(plain(light.cone_deg)) >= 90)
+
+
+def _spot(root: Element, light: SpotLight, lost: Losses) -> Element:
+    """A cone, in which Mitsuba falls off evenly in the angle."""
+    what = ("light", light.name or "")
+    outer = float(plain(light.cone_deg))
+    inner = outer if light.inner_cone_deg is None else float(plain(light.inner_cone_deg))
+    if light.exponent is not None:
+        lost.say("exponent of {} is lost", what)
+    if inner < outer:
+        lost.say("the light of {} falls off evenly in the angle", what)
+    axis = light.axis()
+    ahead = np.asarray([float(part) for part in (axis.x, axis.y, axis.z)])
+    right = np.cross(np.eye(3)[abs(ahead).argmin()], ahead)
+    right /= np.linalg.norm(right)
+    emitter = SubElement(root, "emitter", type="spot")
+    number(emitter, "cutoff_angle", outer)
+    number(emitter, "beam_width", inner)
+    placed(emitter, np.stack([right, np.cross(ahead, right), ahead, plain(light.position)]))
+    return emitter
 
 
 def _add_things(root: Element, scene: Scene, stem: str, lost: Losses) -> dict[str, bytes]:

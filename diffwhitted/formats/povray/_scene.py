@@ -1,6 +1,6 @@
 """A whole scene as a file for POV-Ray 3.7 or newer."""
 
-from ...scene import Scene
+from ...scene import Hemisphere, Scene
 from .._format import Written
 from .._losses import Losses, named
 from .._numbers import index, reflectances, rgb, text
@@ -20,7 +20,7 @@ def povray_scene(scene: Scene, source: str) -> Written:
     del source
     lost = Losses("POV-Ray")
     lost.unknown_settings(scene, SAID)
-    body = [*_settings(scene), *_cameras(scene, lost), *_background(scene, lost), *_lights(scene, lost)]
+    body = [*_settings(scene, lost), *_cameras(scene, lost), *_background(scene, lost), *_lights(scene, lost)]
     words = words_of(scene.materials, "T_")
     worn = {thing.material for thing in scene.objects}
     for name in scene.materials:
@@ -32,8 +32,12 @@ def povray_scene(scene: Scene, source: str) -> Written:
     return Written("\n".join([*head, *body, ""]).encode(), tuple(lost))
 
 
-def _settings(scene: Scene) -> list[str]:
-    ambient = rgb(scene.ambient)
+def _settings(scene: Scene, lost: Losses) -> list[str]:
+    ambient = scene.ambient
+    if isinstance(ambient, Hemisphere):
+        lost.say("ambient light is the mean of sky and ground, alike from all sides")
+        ambient = ambient.even()
+    ambient = rgb(ambient)
     light = "" if (ambient == 1).all() else f" ambient_light {colour(ambient)}"
     return [
         "#version 3.7;",

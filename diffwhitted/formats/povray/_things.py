@@ -1,6 +1,7 @@
 """Objects, lights, cameras and backgrounds in POV-Ray's words, a function a kind."""
 
 from collections.abc import Callable
+from math import ceil
 
 import numpy as np
 
@@ -13,8 +14,12 @@ from ...scene import (
     Plane,
     PointLight,
     Polygon,
+    RectangleLight,
     Scene,
     Sphere,
+    SphereLight,
+    SpotLight,
+    WarnLight,
 )
 from .._losses import Losses
 from .._numbers import extent, plain, rgb, text
@@ -27,6 +32,11 @@ FAR = 1e5
 """How many times the size of the scene a light at infinity is away."""
 NEAR = 1e-3
 """Part of the size of the scene at which a light that fades from its very place is at twice its colour."""
+
+
+ROUND = 9
+"""Points along the sides of the disc that stands for a ball which one ray looks at."""
+Fading = PointLight | SpotLight | WarnLight | SphereLight | RectangleLight
 
 
 def sphere(thing: Sphere) -> str:
@@ -51,9 +61,60 @@ SHAPES: dict[type, Callable[..., str]] = {Sphere: sphere, Plane: plane, Polygon:
 
 
 def point_light(light: PointLight, scene: Scene, lost: Losses) -> str:
-    where, shade = place(plain(light.position)), rgb(light.colour)
+    shade, fade = _fade(light, scene, lost)
+    return f"light_source {{ {place(plain(light.position))} {colour(shade)}{fade} }}"
+
+
+def spot_light(light: SpotLight | WarnLight, scene: Scene, lost: Losses) -> str:
+    """POV-Ray's cone is s^2 (3 - 2 s) in the cosine too, its tightness the exponent; behind the lamp is no light."""
+    (shade, fade), what = _fade(light, scene, lost), ("light", light.name or "")
+    if any(getattr(light, name, None) is not None for name in ("flaps_x", "flaps_y", "flaps_z")):
+        lost.say("the flaps of {} are lost", what)
+    outer, inner, tight = (
+        None if value is None else float(plain(value))
+        for value in (light.cone_deg, light.inner_cone_deg, light.exponent)
+    )
+    if outer is None and not tight:
+        return f"light_source {{ {place(plain(light.position))} {colour(shade)}{fade} }}"
+    if outer is None or outer > 90:
+        outer = 90.0
+        if not tight:
+            lost.say("the cone of {} ends at 90 degrees, as POV-Ray's does", what)
+    inner = outer if inner is None else min(inner, outer)
+    axis = light.axis()
+    aim = plain(light.position) + np.asarray([float(part) for part in (axis.x, axis.y, axis.z)])
+    cone = f"spotlight point_at {place(aim)} radius {text(inner)} falloff {text(outer)} tightness {text(tight or 0)}"
+    return f"light_source {{ {place(plain(light.position))} {colour(shade)} {cone}{fade} }}"
+
+
+def rectangle_light(light: RectangleLight, scene: Scene, lost: Losses) -> str:
+    """POV-Ray's points reach from edge to edge: a grid within the edges by half a cell is one of middles of cells."""
+    count = ceil(light.samples**0.5)
+    if count**2 != light.samples:
+        lost.say(f"the points of {{}} are a grid of {count} x {count}", ("light", light.name or ""))
+    u, v = plain(light.edge_u), plain(light.edge_v)
+    grid = f"{place(u * (count - 1) / count)}, {place(v * (count - 1) / count)}, {count}, {count}"
+    return _spread(light, plain(light.corner) + (u + v) / 2, grid, scene, lost)
+
+
+def sphere_light(light: SphereLight, scene: Scene, lost: Losses) -> str:
+    count = ceil(light.samples**0.5) or ROUND
+    lost.say(f"{{}} is a disc of {count} x {count} points that faces what it shines at", ("light", light.name or ""))
+    across = 2 * float(plain(light.radius)) * (count - 1) / count
+    grid = f"{place(np.eye(3)[0] * across)}, {place(np.eye(3)[1] * across)}, {count}, {count} circular orient"
+    return _spread(light, plain(light.centre), grid, scene, lost)
+
+
+def _spread(light: RectangleLight | SphereLight, middle: np.ndarray, grid: str, scene: Scene, lost: Losses) -> str:
+    shade, fade = _fade(light, scene, lost)
+    return f"light_source {{ {place(middle)} {colour(shade)} area_light {grid} area_illumination on{fade} }}"
+
+
+def _fade(light: Fading, scene: Scene, lost: Losses) -> tuple[np.ndarray, str]:
+    """The colour, and the words for how it gets less with the distance."""
+    shade = rgb(light.colour)
     if light.attenuation is None:
-        return f"light_source {{ {where} {colour(shade)} }}"
+        return shade, ""
     # 2 / (1 + (d / fade_distance)^fade_power) is all that POV-Ray has.
     a0, a1, a2 = plain(light.attenuation)
     near = NEAR * extent(scene)[1]
@@ -61,13 +122,13 @@ def point_light(light: PointLight, scene: Scene, lost: Losses) -> str:
     what = ("light", light.name or "")
     if a1 and a2:
         lost.say(f"attenuation of {{}}: a1 = {text(a1)} is lost, as POV-Ray fades by one power of the distance", what)
-    if a0 < 1:
+    if a0 < 1 and light.held:
         lost.say("attenuation of {}: POV-Ray goes on above 1 where the light is near, where it ends at 1 here", what)
     if not factor:
-        return f"light_source {{ {where} {colour(shade * min(1.0, 1 / a0))} }}"
+        return shade * (min(1.0, 1 / a0) if light.held else 1 / a0), ""
     start = a0 or factor * near**power
     distance = (start / factor) ** (1 / power)
-    return f"light_source {{ {where} {colour(shade / (2 * start))} fade_power {power} fade_distance {text(distance)} }}"
+    return shade / (2 * start), f" fade_power {power} fade_distance {text(distance)}"
 
 
 def directional_light(light: DirectionalLight, scene: Scene, lost: Losses) -> str:
@@ -77,7 +138,14 @@ def directional_light(light: DirectionalLight, scene: Scene, lost: Losses) -> st
     return f"light_source {{ {place(source)} {colour(rgb(light.colour))} parallel point_at {place(middle)} }}"
 
 
-LIGHTS: dict[type, Callable[..., str]] = {PointLight: point_light, DirectionalLight: directional_light}
+LIGHTS: dict[type, Callable[..., str]] = {
+    PointLight: point_light,
+    DirectionalLight: directional_light,
+    SpotLight: spot_light,
+    WarnLight: spot_light,
+    RectangleLight: rectangle_light,
+    SphereLight: sphere_light,
+}
 
 
 def constant(background: ConstantBackground) -> str:

@@ -9,7 +9,7 @@ from pydantic import BaseModel, create_model
 from ..._errors import SceneError
 from ...records import Registry, Row, shortest
 from ...shapes import POSE
-from ._keys import KEYS, key
+from ._keys import KEYS, key, optional
 
 
 def written(array):
@@ -34,6 +34,8 @@ class Entry(BaseModel):
 
     model_config = KEYS
     made: ClassVar[type]
+    tables: ClassVar[dict[str, type[BaseModel]]] = {}
+    """Inline tables of keys that belong together, by their names."""
     takes_name: ClassVar[bool] = False
     """The record holds its own name."""
 
@@ -41,10 +43,12 @@ class Entry(BaseModel):
         """The record, its arrays of `dtype`; raises `SceneError`, which begins with `place`."""
         left_out = {"type"} if self.takes_name else {"type", "name"}
         fields = [field for field in type(self).model_fields if field not in left_out]
-        return self.made(
-            place=place,
-            **{field: self.value(field, place, dtype) for field in fields if getattr(self, field) is not None},
-        )
+        stated = {field: self.value(field, place, dtype) for field in fields if getattr(self, field) is not None}
+        for table in [field for field, value in stated.items() if isinstance(value, Entry)]:
+            inner = stated.pop(table)
+            keys = [key for key in type(inner).model_fields if getattr(inner, key) is not None]
+            stated |= {f"{table}_{key}": inner.value(key, f"{place}: {table}", dtype) for key in keys}
+        return self.made(place=place, **stated)
 
     def value(self, field: str, place: str, dtype) -> Any:
         """The value of a field: numbers as an array, text and counts as they are."""
@@ -67,6 +71,9 @@ class Entry(BaseModel):
         """The table for a record, as Python numbers and text; `stated` are the keys that it does not hold."""
         if "type" in cls.model_fields:
             stated = {"type": get_args(cls.model_fields["type"].annotation)[0]} | stated
+        for name, table in cls.tables.items():
+            inner = {key: getattr(record, f"{name}_{key}") for key in table.model_fields}
+            stated[name] = {key: written(value) for key, value in inner.items() if value is not None} or None
         held = {field: getattr(record, field, None) for field in cls.model_fields if field not in stated}
         values = stated | {
             field: value if isinstance(value, (str, int, dict)) else _listed(value)
@@ -102,11 +109,28 @@ def entry(
 ) -> type[Entry]:
     """The model of the table of a kind."""
     first = {name: keys.pop(name) for name in ("name", "type") if name in keys}
-    fields: dict[str, Any] = first | {row.name: key(row) for row in rows if row.kind != "texels"} | keys
+    tables = _tables(rows)
+    mine = {row.name: key(row) for row in rows if row.kind != "texels" and not row.table}
+    inline = {
+        name: (model, optional(f"A table of any of {', '.join(model.model_fields)}.")) for name, model in tables.items()
+    }
+    fields: dict[str, Any] = first | mine | inline | keys
     meaning = (kind.__doc__ or "").strip().split("\n\n")[0].replace("\n    ", " ")
     made = create_model(f"{table.capitalize()}Entry", __base__=base, __doc__=meaning, **fields)
-    made.made, made.takes_name = kind, takes_name
+    made.made, made.takes_name, made.tables = kind, takes_name, tables
     return made
+
+
+def _tables(rows: tuple[Row, ...]) -> dict[str, type[Entry]]:
+    """The inline tables of a record, by their names: of the rows that say that they stand in one."""
+    found = {}
+    for name in dict.fromkeys(row.table for row in rows if row.table):
+        keys: dict[str, Any] = {row.name.removeprefix(f"{name}_"): key(row) for row in rows if row.table == name}
+        listed = ", ".join(keys)
+        found[name] = create_model(
+            f"{name.capitalize()}Table", __base__=Entry, __doc__=f"{name.capitalize()}: {listed}.", **keys
+        )
+    return found
 
 
 def entries(
@@ -115,15 +139,17 @@ def entries(
     default: str | None = None,
     base: type[Entry] = Entry,
     bases: Mapping[type, type[Entry]] | None = None,
+    beside: Mapping[str, type[Entry]] | None = None,
     **keys,
 ) -> dict[str, type[Entry]]:
     """The models of a family, by the type that a file states, or that it need not state; `bases`: those of kinds whose
-    table is not their rows alone.
+    table is not their rows alone; `beside`: another family, whose types may have the same names.
     """
 
     def model(name: str, kind, rows) -> type[Entry]:
         stated = (Literal[name], name if name == default else ...)
-        return entry(name, kind, rows, takes_name, (bases or {}).get(kind, base), **keys, type=stated)
+        title = f"{name}_{registry.family}" if name in (beside or {}) else name
+        return entry(title, kind, rows, takes_name, (bases or {}).get(kind, base), **keys, type=stated)
 
     return {
         name: model(name, kind, rows) for kind in registry for name, rows in {kind.TYPE: kind.ROWS, **kind.ALSO}.items()

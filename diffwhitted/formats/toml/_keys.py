@@ -79,6 +79,8 @@ def _type(row: Row):
             return listed(listed(int, 3), *row.count)
         case "flag":
             return bool
+        case "count":
+            return Annotated[int, Field(json_schema_extra={name: int(end) for name, end in _limits(row).items()})]
         case "vectors" | "colours":
             return listed(listed(one, 3, 3), *row.count)
         case "pairs":

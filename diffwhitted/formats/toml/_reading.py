@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from ..._errors import SceneError, SceneNote
 from ...records import Registry
-from ...scene import BACKGROUNDS, CAMERAS, LIGHTS, OBJECTS, TEXTURES, Precision, Scene, float_dtype
+from ...scene import BACKGROUNDS, CAMERAS, LIGHTS, OBJECTS, TEXTURES, Hemisphere, Precision, Scene, float_dtype
 from ...scene.backgrounds import ConstantBackground, GradientBackground
 from ..cameras import read_cameras
 from ._entries import Entry, written
@@ -58,7 +58,9 @@ def scene_text(scene: Scene, *, source: str = "scene", folder: Path | None = Non
     """
     tables = models()
     plain = {
-        "scene": tables.settings.plain(scene, background=_plain_background(scene.background)),
+        "scene": tables.settings.plain(
+            scene, background=_plain_background(scene.background), ambient=_plain_ambient(scene.ambient)
+        ),
         "camera": [_plain_camera(name, camera) for name, camera in scene.cameras.items()],
         "light": [
             _plain(LIGHTS, tables.light, light, name=None if light.name == f"light_{number}" else light.name)
@@ -190,6 +192,8 @@ def _repeated(table: str, names: list[str]) -> list[str]:
 
 def _settings(settings: Entry, dtype) -> dict:
     rest = {key: settings.value(key, "scene", dtype) for key in type(settings).model_fields if key != "background"}
+    if isinstance(settings.ambient, Entry):
+        rest["ambient"] = settings.ambient.record("scene: ambient", dtype)
     return dict(background=_background(settings, dtype), **rest)
 
 
@@ -210,6 +214,13 @@ def _plain_background(background):
         case GradientBackground(bottom=bottom, top=top):
             return {"gradient": [written(bottom), written(top)]}
     return _plain(BACKGROUNDS, models().background, background)
+
+
+def _plain_ambient(ambient):
+    """As files have it: a colour, or a table of sky and ground."""
+    if isinstance(ambient, Hemisphere):
+        return {row.name: written(getattr(ambient, row.name)) for row in ambient.ROWS}
+    return written(ambient)
 
 
 def _plain_camera(name: str, camera) -> dict:

@@ -16,10 +16,12 @@ from ...scene import (
     CAMERAS,
     CLASS_NAMES,
     CLASSES,
+    DISTANCE_FADE,
     LIGHTS,
     OBJECTS,
     TEXTURES,
     FresnelModel,
+    Hemisphere,
     HighlightModel,
     Material,
     ShadowModel,
@@ -79,6 +81,14 @@ def _background(tables: dict[str, type[Entry]]):
     return Annotated[kinds, Discriminator(kind_of)]
 
 
+def _ambient():
+    """A colour, or a table of sky and ground."""
+    table = entry("ambient", Hemisphere, Hemisphere.ROWS)
+    table = create_model("AmbientTable", __base__=table, __doc__=table.__doc__)
+    kinds = Annotated[Colour, Tag("colour")] | Annotated[table, Tag("table")]
+    return Annotated[kinds, Discriminator(lambda value: "table" if isinstance(value, (dict, Entry)) else "colour")]
+
+
 class FileModels:
     """The models of all tables, for the kinds that are registered at the time."""
 
@@ -86,7 +96,10 @@ class FileModels:
         named = {"name": (ObjectName, ...), "material": (MaterialName, ...)}
         self.object = entries(OBJECTS, True, base=ObjectEntry, **named)
         self.light = entries(
-            LIGHTS, True, name=(str, optional("Name of the light, one of a kind; light_1, ... by default."))
+            LIGHTS,
+            True,
+            beside=self.object,
+            name=(str, optional("Name of the light, one of a kind; light_1, ... by default.")),
         )
         texture_name = (Name, Field(description="Name of the texture, one of a kind."))
         self.texture = entries(TEXTURES, False, bases=TABLES, name=texture_name)
@@ -174,7 +187,9 @@ def _settings(background) -> type[Entry]:
         __base__=Entry,
         __doc__="How light is treated, and what surrounds the scene.",
         background=(background, Field([0.0, 0.0, 0.0], description="Linear RGB, or { gradient = [bottom, top] }.")),
-        ambient=(Colour, Field([1.0, 1.0, 1.0], description="Ambient light I_a, linear RGB; multiplies k_a.")),
+        ambient=(_ambient(), Field([1.0, 1.0, 1.0], description=(
+            "Ambient light I_a, linear RGB, or { sky, ground, up } by the way that a surface faces; multiplies k_a."))),
+        distance_fade=(listed(number(), 2, 2), optional(DISTANCE_FADE.meaning)),
         max_depth=(int, Field(5, json_schema_extra=depth, description=(
             "Longest path from the camera; the camera ray is depth 1, a ray past the last depth returns black."))),
         total_internal_reflection=(TotalReflection, Field("full", description=(

@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 
 from ...numerics._vector import Vec3
 from ...records import Row, moved
+from ._border import Borders
 
 
 class AbstractLight(eqx.Module):
@@ -30,6 +31,44 @@ class AbstractLight(eqx.Module):
         """Unit direction to the light, its distance (metres, infinite for one at infinity), and the colour that
         arrives unless occluded; differentiable.
         """
+
+    def borders(self, point: Vec3) -> Borders:
+        """The edges of its light at points, which `arriving` knows nothing of; differentiable. By default none."""
+        del point
+        return ()
+
+    @property
+    def bordered(self) -> bool:
+        """Has its light edges at all?"""
+        return False
+
+    def without_borders(self) -> "AbstractLight":
+        """The same light to all sides."""
+        return self
+
+    def members(self) -> tuple["AbstractLight", ...]:
+        """What the ray tree sees in its place, differentiable in its numbers. By default the light itself."""
+        return (self,)
+
+    def ball_radius(self) -> Float[Array, "*one"] | None:
+        """Radius (metres) of the ball about its middle by which one ray decides how much of it is seen (see
+        `SphereLight`); None: a shadow ray sees it or not.
+        """
+        return None
+
+    @property
+    def sized(self) -> bool:
+        """Has it a size, so that `samples` decides how its half shadows are found?"""
+        return type(self).sampled is not AbstractLight.sampled
+
+    def without_size(self) -> "AbstractLight":
+        """The same light from one point."""
+        return self
+
+    def sampled(self, samples: int) -> "AbstractLight":
+        """The same light by so many points, 0 for one ray, where it has a size."""
+        del samples
+        return self
 
     def brightest(self) -> np.ndarray:
         """The most light that may arrive anywhere, (3,), linear RGB; infinite where none is known."""
