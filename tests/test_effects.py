@@ -18,6 +18,8 @@ from diffwhitted.rendering._passes import _render_passes
 from diffwhitted.tree import EFFECT_NAMES, make_plan, tables_of
 
 SKY = (0.2, 0.4, 0.8)
+EVEN = np.eye(9)[0][:, None] * SKY * np.sqrt(4 * np.pi)
+"""The same as harmonics."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,7 @@ class Variant:
     floor: tuple = (("k_d", 0.3), ("k_h", 0.0))
     attenuation: tuple | None = None
     gradient: bool = False
+    surrounded: bool = False
     shadows: str = "off"
     free: tuple = ()
     radius: float = 1.0
@@ -50,7 +53,11 @@ class Variant:
                 materials={"paint": dw.Material(**dict(self.ball)), "plain": dw.Material(**dict(self.floor))},
                 lights=[light],
                 textures={"white": dw.Checker(((1, 1, 1), (1, 1, 1)))} if dict(self.floor).get("k_d_texture") else {},
-                background=dw.GradientBackground(SKY, SKY) if self.gradient else dw.ConstantBackground(SKY),
+                background=dw.GradientBackground(SKY, SKY)
+                if self.gradient
+                else dw.HarmonicBackground(EVEN)
+                if self.surrounded
+                else dw.ConstantBackground(SKY),
                 cameras={"main": dw.Camera((0, 0.5, 5), (0, 0, 0), 40, 8, 6)},
                 shadows=self.shadows,
                 max_depth=3,
@@ -103,6 +110,14 @@ PAIRS = {
     "shared_surfaces": (GLASSY, dataclasses.replace(GLASSY, twin=True)),
     "textures": (BARE, Variant(floor=(*BARE.floor, ("k_d_texture", "white")))),
     "attenuation": (BARE, Variant(attenuation=(1.0, 0.0, 0.0))),
+    "environment": (
+        dataclasses.replace(UNLIT, surrounded=True),
+        dataclasses.replace(UNLIT, surrounded=True, free=("paint.k_d",)),
+    ),
+    "environment_highlight": (
+        dataclasses.replace(UNLIT, surrounded=True),
+        dataclasses.replace(UNLIT, surrounded=True, free=("paint.k_h",)),
+    ),
     "background_gradient": (BARE, Variant(gradient=True)),
     "footprint": (ROOM, dataclasses.replace(ROOM, footprint=1)),
     "cutoff": (MIRRORING, dataclasses.replace(MIRRORING, cutoff=0.5)),
@@ -212,7 +227,8 @@ def everything():
 def test_reasons_name_the_object_and_the_coefficient():
     """The first object that calls for it, the coefficient by its full name, and its value."""
     given = reasons(everything())
-    assert all(on for on, _ in given.values())
+    assert [name for name, (on, _) in given.items() if not on] == ["environment", "environment_highlight"]
+    assert given["environment"] == (False, "the background lights no surface")
     assert given["ambient"][1] == "object 'ground': tiles.k_a = 0.1"
     assert given["diffuse"][1] == "object 'ground': tiles.k_d = 0.6"
     assert given["highlight"][1] == "object 'ball': glass.k_h = 0.25"

@@ -6,6 +6,7 @@ from jaxtyping import Array, Bool, Float, Int
 from ..geometry import Footprint
 from ..numerics._vector import Vec3, dot
 from ..optics import refraction_radicand, sine_squared
+from ..scene.backgrounds import Surroundings
 
 
 class SurfacePoint(eqx.Module):
@@ -39,6 +40,8 @@ class SurfacePoint(eqx.Module):
     """The normal changes by this times a small step along the surface; None for points."""
     uv: tuple[Float[Array, "n"], Float[Array, "n"]] | None = None
     """Texture coordinates that the object brings along; None where no shape of the scene has any."""
+    surroundings: Surroundings | None = None
+    """What lights all points from far around; None where nothing does or it is not asked for."""
     mean_radicand: Float[Array, "n"] | None = None
     """Of cos_r**2 over the part of a pixel that lies before the rim of total reflection; None: that of the point."""
 

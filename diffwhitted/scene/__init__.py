@@ -37,21 +37,29 @@ from ._scene import Precision, Scene, ShadowModel, TotalReflection, check_footpr
 from ._sheets import Sheet, shared_sheets
 from ._shot import TEXTS, PixelFilter, Shot, from_middle
 from ._tables import Marks, Tables, marks_of, material_names, numbered_objects, tabulate, texture_names
-from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground, GradientBackground
+from .backgrounds import (
+    BACKGROUNDS,
+    AbstractBackground,
+    ConstantBackground,
+    EnvironmentBackground,
+    GradientBackground,
+    HarmonicBackground,
+)
 from .cameras import CAMERAS, VIEW, AbstractCamera, Camera, OrthographicCamera
 from .lights import LIGHTS, AbstractLight, DirectionalLight, PointLight
 from .textures import TEXTURES, AbstractTexture, Checker, ImageTexture, TexturePoint
 
 __all__ = [
     "AbstractBackground", "AbstractCamera", "AbstractLight", "AbstractObject", "AbstractTexture", "BACKGROUNDS",
-    "BY_NAME", "Box", "CAMERAS", "CLASSES", "CLASS_NAMES", "COEFFICIENTS", "FRESNEL_MODELS", "FresnelModel", "Camera",
-    "Checker", "Cone", "ConstantBackground", "Cylinder", "DEEPEST", "DirectionalLight", "Disc", "FAMILIES",
-    "GradientBackground", "HIGHLIGHTS", "HighlightModel", "LIGHTS", "Marks", "Material", "Mesh", "OBJECTS",
-    "OrthographicCamera", "POSE", "Parameter", "PixelFilter", "Plane", "PointLight", "Polygon", "Polyhedron",
-    "Precision", "Quadric", "Row", "Scene", "ShadowModel", "Sheet", "Shot", "Sphere", "SphereSet", "TEXTS",
-    "TEXTURES", "Tables", "Torus", "TotalReflection", "VIEW", "WITHOUT_NAME", "check_footprint", "coefficient_value",
-    "coefficients", "depth_number", "find_parameter", "float_dtype", "from_middle", "highest_coat",
-    "including_coefficient", "is_traced", "marks_of", "material_names", "near", "nearest_name", "numbered_objects",
-    "parameter_value", "parameters", "replace_coefficient", "replace_parameter", "shared_sheets", "shortest",
-    "tabulate", "texture_names", "textured_rows", "whole_number", "ImageTexture", "TexturePoint", "maps",
+    "BY_NAME", "Box", "CAMERAS", "CLASSES", "CLASS_NAMES", "COEFFICIENTS", "FRESNEL_MODELS", "FresnelModel",
+    "Camera", "Checker", "Cone", "ConstantBackground", "Cylinder", "DEEPEST", "DirectionalLight", "Disc",
+    "FAMILIES", "GradientBackground", "HIGHLIGHTS", "HighlightModel", "LIGHTS", "Marks", "Material", "Mesh",
+    "OBJECTS", "OrthographicCamera", "POSE", "Parameter", "PixelFilter", "Plane", "PointLight", "Polygon",
+    "Polyhedron", "Precision", "Quadric", "Row", "Scene", "ShadowModel", "Sheet", "Shot", "Sphere", "SphereSet",
+    "TEXTS", "TEXTURES", "Tables", "Torus", "TotalReflection", "VIEW", "WITHOUT_NAME", "check_footprint",
+    "coefficient_value", "coefficients", "depth_number", "find_parameter", "float_dtype", "from_middle",
+    "highest_coat", "including_coefficient", "is_traced", "marks_of", "material_names", "near", "nearest_name",
+    "numbered_objects", "parameter_value", "parameters", "replace_coefficient", "replace_parameter",
+    "shared_sheets", "shortest", "tabulate", "texture_names", "textured_rows", "whole_number", "ImageTexture",
+    "TexturePoint", "maps", "EnvironmentBackground", "HarmonicBackground",
 ]  # fmt: skip

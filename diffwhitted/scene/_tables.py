@@ -25,7 +25,7 @@ from ._material import CHOICES, Material, textured_rows
 from ._scene import Scene
 from ._search import Known, known_boxes, shapes_of
 from ._sheets import Sheet, sheets_of
-from .backgrounds import AbstractBackground
+from .backgrounds import AbstractBackground, Surroundings
 from .lights import AbstractLight
 from .textures import AbstractTexture
 
@@ -61,6 +61,8 @@ class Tables(eqx.Module):
     lights: tuple[AbstractLight, ...]
     """In the same way."""
     background: AbstractBackground
+    surroundings: Surroundings | None
+    """How the background lights surfaces; None where it does not."""
     ambient: Vec3
     cutoff: Float[Array, ""]
     mirrors: Bool[Array, "materials"]
@@ -135,7 +137,10 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         texture_of=texture_of,
         textures=textures,
         lights=grouped(scene.lights)[0],
-        background=jax.tree.map(jnp.asarray, scene.background),
+        background=jax.tree.map(jnp.asarray, scene.background.tabled()),
+        surroundings=jax.tree.map(
+            jnp.asarray, scene.background.surroundings(np.asarray([m.is_shiny for m in materials], bool))
+        ),
         ambient=vec3(jnp.asarray(scene.ambient)),
         cutoff=jnp.asarray(scene.cutoff),
         mirrors=marks.wanted["k_s"] | _some(table["k_s"]),
