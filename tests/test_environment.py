@@ -316,3 +316,15 @@ def test_a_matte_ball_does_not_know_the_harmonics_of_degree_three():
     unknown = {c.name for c in found.coefficients if not c.identifiable}
     assert found.rank == 27
     assert unknown == {f"background.harmonics.{k}.{channel}" for k in range(9, 16) for channel in "rgb"}
+
+
+def test_a_polished_ball_in_an_even_room_is_as_under_ambient_light():
+    """Shirley et al. 1997: R_m / (1 - R0) (1 - (1 - cos)^5), of R0 = 0.04; in the middle of the ball cos = 1."""
+    scene = ball_in(EVEN["harmonics"], class_="polished", k_d=0.5, refractive_index=1.5)
+    camera = dw.Camera((0, 0, 400), (0, 0, 0), 0.4, 9, 9)
+    value = np.asarray(dw.render(scene, camera, max_depth=1))[4]
+    height = np.linspace(-4, 4, 9) * 400 * np.tan(np.radians(0.2)) / 4.5
+    cosine = np.sqrt(np.maximum(1 - height**2, 0))
+    inside = np.abs(height) < 0.95
+    expected = 0.5 / (1 - 0.04) * (1 - (1 - cosine) ** 5)
+    np.testing.assert_allclose(value[inside, 0], expected[inside], rtol=1e-3)

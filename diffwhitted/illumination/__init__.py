@@ -1,6 +1,6 @@
 """What a point sends back of the light that arrives there."""
 
-from ._coated import COUPLED, fresnel_highlight, polished, polished_most, polished_towards
+from ._coated import AROUND, fresnel_highlight, polished, polished_most, polished_towards
 from ._models import halfway_apart, reflected_apart
 from ._phong import diffuse, lit, lobe, lobe_mean
 from ._surface_point import SurfacePoint
@@ -8,7 +8,7 @@ from ._terms import Terms, light_footprint, light_terms
 from ._visibility import before, count_bits, glass_crossed, sees_light, tint, whole_power
 
 __all__ = [
-    "COUPLED", "SurfacePoint", "Terms", "before", "count_bits", "diffuse", "fresnel_highlight", "glass_crossed", "halfway_apart",
-    "light_footprint", "light_terms", "lit", "lobe", "lobe_mean", "polished", "polished_most", "polished_towards",
-    "reflected_apart", "sees_light", "tint", "whole_power",
+    "AROUND", "SurfacePoint", "Terms", "before", "count_bits", "diffuse", "fresnel_highlight", "glass_crossed",
+    "halfway_apart", "light_footprint", "light_terms", "lit", "lobe", "lobe_mean", "polished", "polished_most",
+    "polished_towards", "reflected_apart", "sees_light", "tint", "whole_power",
 ]  # fmt: skip

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from ..illumination import SurfacePoint, light_terms
 from ..numerics._stage import stage
 from ..numerics._vector import Vec3
-from ..records import changed, member, member_count
+from ..records import member, member_count
 from ..scene import AbstractLight, Tables
 from ._arrival import Arrival
 from ._arriving_light import arriving_part
@@ -37,11 +37,11 @@ def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed
     }  # fmt: skip
     names = [name for effect, some in named.items() if effect in effects for name in some]
     point = made_of(tables, plan, at, needed, (*names, *(name for row in adding for name in row.coefficients)))
+    if effects.environment or effects.environment_highlight:
+        point = replace(point, surroundings=tables.surroundings)
     for row in effect_rows():
         if row.at_points is not None and row.name in effects:
             point = replace(point, coefficients=point.coefficients | row.at_points(point))
-    if adding:
-        point = changed(point, surroundings=tables.surroundings)
     black = jnp.zeros_like(at.point.x)
     radiance = Vec3(black, black, black)
     # Add what the surface sends back of ambient light, and what effects add.
@@ -49,7 +49,7 @@ def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed
         radiance = radiance + point.coefficients["k_a"] * tables.ambient
     for row in adding:
         radiance = radiance + row.adds(point)
-    point = changed(point, surroundings=None)
+    point = replace(point, surroundings=None)
     if not effects.lighting:
         return radiance
     # Add what it sends back of each light; a loop takes the lights of one structure one after the other.

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..illumination import COUPLED, SurfacePoint, polished_most
+from ..illumination import AROUND, SurfacePoint, polished_most
 from ..numerics._vector import Vec3, dot, lookup
 from ..optics import mirrored
 from ..scene import Scene
@@ -16,8 +16,8 @@ def sent_back_diffusely(point: SurfacePoint) -> Vec3:
     Of a polished surface it has the weight of ambient light in place of k_d, which is exact under an even background.
     """
     assert point.surroundings is not None, "without a background that lights, the effect is off"
-    light = point.colour("k_d") * point.surroundings.mean(point.shading_normal)
-    return light if "polished" not in point.models else light * jnp.where(point.models["polished"] > 0, 1 / COUPLED, 1)
+    k_d = point.colour(AROUND if AROUND in point.coefficients else "k_d")
+    return k_d * point.surroundings.mean(point.shading_normal)
 
 
 def sent_back_in_highlight(point: SurfacePoint) -> Vec3:
