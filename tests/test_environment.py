@@ -195,6 +195,7 @@ def test_without_lights_it_is_only_seen():
     assert (image[3, 4] == 0).all() and (image[0, 0] > 0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["map", "harmonics"])
 def test_derivatives_are_those_of_differences(kind):
     """In the numbers of the background and in what it lights."""
