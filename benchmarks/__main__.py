@@ -12,7 +12,7 @@ from ._scene import FOLDER
 
 BENCHMARKS = (
     "forward", "derivatives", "compile", "edges", "accuracy", "textures", "fit", "coverage", "memory", "waiting",
-    "search", "spd", "display",
+    "search", "spd", "display", "environment",
 )  # fmt: skip
 
 

@@ -61,7 +61,7 @@ def knobs() -> str:
 def scene_keys() -> str:
     """Each table of a scene file with its keys, from the JSON Schema."""
     schema = diffwhitted.scene_schema()
-    definitions, parts = schema["$defs"], []
+    definitions, parts, listed = schema["$defs"], [], set()
     alone = {name: key for name, key in schema["properties"].items() if key.get("type") == "string"}
     parts += ["## Above the first table", _keys({"properties": alone}, definitions)]
     for name, table in schema["properties"].items():
@@ -69,11 +69,13 @@ def scene_keys() -> str:
             continue
         parts += [f"## {'[[' if 'items' in table else '['}{name}{']]' if 'items' in table else ']'}"]
         items = table.get("items", table)
+        listed |= {_reference(kind) for kind in items.get("oneOf", [items])}
         kinds = [definitions[_reference(kind)] for kind in items.get("oneOf", [items])]
         for kind in kinds:
             parts += [f"### {kind['title']}"] if len(kinds) > 1 else []
             parts += [kind["description"], _keys(kind, definitions)]
-    inline = [definitions[found] for found in dict.fromkeys(re.findall(r"#/\$defs/(\w+Table)", str(schema)))]
+    found = dict.fromkeys(re.findall(r"#/\$defs/(\w+)", str(schema)))
+    inline = [definitions[name] for name in found if name not in listed]
     for kind in inline:
         parts += [f"## `{{ {', '.join(kind['properties'])} }}`", kind["description"], _keys(kind, definitions)]
     return "\n\n".join(parts)

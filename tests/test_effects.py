@@ -18,6 +18,8 @@ from diffwhitted.rendering._passes import _render_passes
 from diffwhitted.tree import EFFECT_NAMES, make_plan, tables_of
 
 SKY = (0.2, 0.4, 0.8)
+EVEN = np.eye(9)[0][:, None] * SKY * np.sqrt(4 * np.pi)
+"""The same as harmonics."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,7 @@ class Variant:
     floor: tuple = (("k_d", 0.3), ("k_h", 0.0))
     attenuation: tuple | None = None
     gradient: bool = False
+    surrounded: bool = False
     shadows: str = "off"
     free: tuple = ()
     radius: float = 1.0
@@ -59,7 +62,11 @@ class Variant:
                 materials={"paint": dw.Material(**dict(self.ball)), "plain": dw.Material(**dict(self.floor))},
                 lights=[light],
                 textures={"white": dw.Checker(((1, 1, 1), (1, 1, 1)))} if dict(self.floor).get("k_d_texture") else {},
-                background=dw.GradientBackground(SKY, SKY) if self.gradient else dw.ConstantBackground(SKY),
+                background=dw.GradientBackground(SKY, SKY)
+                if self.gradient
+                else dw.HarmonicBackground(EVEN)
+                if self.surrounded
+                else dw.ConstantBackground(SKY),
                 cameras={"main": dw.Camera((0, 0.5, 5), (0, 0, 0), 40, 8, 6)},
                 shadows=self.shadows,
                 ambient=dw.Hemisphere((1, 1, 1), (1, 1, 1)) if self.sky else 1.0,
@@ -95,6 +102,14 @@ PAIRS = {
     "hemisphere": (UNLIT, dataclasses.replace(UNLIT, sky=True)),
     "diffuse": (UNLIT, dataclasses.replace(UNLIT, free=("paint.k_d",))),
     "highlight": (BARE, Variant(free=("paint.k_h",))),
+    "environment": (
+        dataclasses.replace(UNLIT, surrounded=True),
+        dataclasses.replace(UNLIT, surrounded=True, free=("paint.k_d",)),
+    ),
+    "environment_highlight": (
+        dataclasses.replace(UNLIT, surrounded=True),
+        dataclasses.replace(UNLIT, surrounded=True, free=("paint.k_h",)),
+    ),
     "polished": (UNSEEN, Variant(ball=(("class", "polished"), ("k_d", 0.5)), radius=1e-6)),
     "fresnel_highlight": (
         SHINY,
@@ -231,10 +246,18 @@ def everything():
     )
 
 
+OF_OTHERS = (
+    "environment", "environment_highlight", "polished", "fresnel_highlight", "fresnel_exact", "fresnel_schlick",
+    "fresnel_metal", "absorption", "dispersion",
+)  # fmt: skip
+"""What scenes of other backgrounds and classes of materials call for."""
+
+
 def test_reasons_name_the_object_and_the_coefficient():
     """The first object that calls for it, the coefficient by its full name, and its value."""
     given = reasons(everything())
-    assert all(on for on, _ in given.values())
+    assert all(on for name, (on, _) in given.items() if name not in OF_OTHERS)
+    assert given["environment"] == (False, "the background lights no surface")
     assert given["ambient"][1] == "object 'ground': tiles.k_a = 0.1"
     assert given["diffuse"][1] == "object 'ground': tiles.k_d = 0.6"
     assert given["highlight"][1] == "object 'ball': glass.k_h = 0.25"

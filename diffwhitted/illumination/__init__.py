@@ -1,7 +1,7 @@
 """What a point sends back of the light that arrives there."""
 
 from ._borders import within_borders
-from ._coated import fresnel_highlight, polished, polished_most, polished_towards
+from ._coated import AROUND, fresnel_highlight, polished, polished_most, polished_towards
 from ._models import halfway_apart, reflected_apart
 from ._penumbra import ball_beam, seen_of_ball
 from ._phong import diffuse, lit, lobe, lobe_mean
@@ -10,7 +10,8 @@ from ._terms import Terms, light_footprint, light_terms
 from ._visibility import before, count_bits, glass_crossed, sees_light, tint, whole_power
 
 __all__ = [
-    "SurfacePoint", "Terms", "ball_beam", "before", "count_bits", "diffuse", "fresnel_highlight", "glass_crossed",
-    "halfway_apart", "light_footprint", "light_terms", "lit", "lobe", "lobe_mean", "polished", "polished_most",
-    "polished_towards", "reflected_apart", "seen_of_ball", "sees_light", "tint", "whole_power", "within_borders",
+    "AROUND", "SurfacePoint", "Terms", "ball_beam", "before", "count_bits", "diffuse", "fresnel_highlight",
+    "glass_crossed", "halfway_apart", "light_footprint", "light_terms", "lit", "lobe", "lobe_mean", "polished",
+    "polished_most", "polished_towards", "reflected_apart", "seen_of_ball", "sees_light", "tint", "whole_power",
+    "within_borders",
 ]  # fmt: skip

@@ -16,6 +16,8 @@ from ._surface_point import SurfacePoint
 Coefficients = dict[str, Vec3 | Float[Array, "n"]]
 COUPLED = 21 / 20
 """Of what the coat lets through the matte base sends back as much under an even sky, 1 over twice 10/21."""
+AROUND = "k_d_around"
+"""What stands in place of k_d under light from all around, where a scene has polished surfaces."""
 
 
 def polished(point: SurfacePoint) -> Coefficients:
@@ -23,12 +25,16 @@ def polished(point: SurfacePoint) -> Coefficients:
 
         R_m / (1 - R0) (1 - (1 - cos_i)**5),
 
-    and under a lamp 21/20 of it, times `polished_towards`; R_m = k_d, R0 of the index.
+    and under a lamp 21/20 of it, times `polished_towards`; R_m = k_d, R0 of the index. Under light from all around it
+    is as under ambient light.
     """
     straight = normal_reflectance(point.eta)
     through = (1 - grazing(point.cosine)) / (1 - straight)
     factors = {"k_a": through, "k_d": COUPLED * through}
-    return _replaced(point, _is_polished(point), factors)
+    found = _replaced(point, _is_polished(point), factors)
+    if point.surroundings is not None and "k_d" in found:
+        found[AROUND] = point.coefficients["k_d"] * jnp.where(_is_polished(point), through, 1)
+    return found
 
 
 def polished_towards(point: SurfacePoint, to_light: Vec3) -> Coefficients:

@@ -6,6 +6,7 @@ from jaxtyping import Array, Bool, Float, Int
 from ..geometry import Footprint
 from ..numerics._vector import Vec3, dot
 from ..optics import refraction_radicand, sine_squared
+from ..scene.backgrounds import Surroundings
 
 
 class SurfacePoint(eqx.Module):
@@ -41,6 +42,8 @@ class SurfacePoint(eqx.Module):
     """Texture coordinates that the object brings along; None where no shape of the scene has any."""
     left: Float[Array, "n"] | None = None
     """What effects leave of light on its way from here to where the ray came from; None: all of it."""
+    surroundings: Surroundings | None = None
+    """What lights all points from far around; None where nothing does or it is not asked for."""
     mean_radicand: Float[Array, "n"] | None = None
     """Of cos_r**2 over the part of a pixel that lies before the rim of total reflection; None: that of the point."""
 

@@ -40,7 +40,9 @@ def _reasons(scene: Scene, camera: AbstractCamera, plan: Plan) -> Iterator[str]:
     glows = _some(most_ambient(scene.ambient)) and any(_some(m.k_a) for m in used)
     lit = any(_some(m.k_d) or (m.highlight != "off" and _some(m.highlight_coefficient())) for m in used)
     lamps = [light for light in scene.lights if _some(getattr(light, "colour", 1))]
-    if not glows and not scene.lights:
+    if scene.background.lights_surfaces:
+        pass
+    elif not glows and not scene.lights:
         yield "the scene has no light, no object reflects ambient light (k_a), the background is black; add a [[light]]"
     elif not glows and not lamps:
         yield "every light has colour 0; give one a colour"

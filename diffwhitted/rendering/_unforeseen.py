@@ -52,6 +52,7 @@ def _called_for(scene: Scene, plan: Plan) -> dict[str, Bool[Array, ""] | bool]:
         for counted in (objects_of, solids_of)
     )
     deep, lit = plan.max_depth > 1, bool(scene.lights)
+    surrounded = scene.background.lights_surfaces
     added: dict[str, Bool[Array, ""] | bool] = {
         row.name: _any(m.values[name] for m in used for name in row.coefficients)
         for row in effect_rows()
@@ -62,6 +63,8 @@ def _called_for(scene: Scene, plan: Plan) -> dict[str, Bool[Array, ""] | bool]:
         "ambient": _any(m.at_work("k_a") for m in used) & _positive(most_ambient(scene.ambient)),
         "diffuse": _any(m.k_d for m in used) & lit,
         "highlight": _any(m.highlight_coefficient() for m in used if m.highlight != "off") & lit,
+        "environment": _any(m.k_d for m in used) & surrounded,
+        "environment_highlight": _any(m.k_h for m in used if m.is_shiny) & surrounded,
         "reflection": _any(m.k_s for m in used) & deep,
         "refraction": (glass > 0) & deep,
         "tinted_shadows": (glass > 0) & (scene.shadows == "tinted") & plan.effects.shadows,

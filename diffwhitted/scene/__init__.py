@@ -38,7 +38,14 @@ from ._scene import DISTANCE_FADE, Precision, Scene, ShadowModel, TotalReflectio
 from ._sheets import Sheet, shared_sheets
 from ._shot import TEXTS, PixelFilter, Shot, from_middle
 from ._tables import Marks, Tables, marks_of, material_names, numbered_objects, tabled_lights, tabulate, texture_names
-from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground, GradientBackground
+from .backgrounds import (
+    BACKGROUNDS,
+    AbstractBackground,
+    ConstantBackground,
+    EnvironmentBackground,
+    GradientBackground,
+    HarmonicBackground,
+)
 from .cameras import CAMERAS, VIEW, AbstractCamera, Camera, OrthographicCamera
 from .lights import (
     LIGHTS,
@@ -58,14 +65,14 @@ __all__ = [
     "AbstractBackground", "AbstractCamera", "AbstractLight", "AbstractObject", "AbstractTexture", "Ambient",
     "BACKGROUNDS", "BY_NAME", "Border", "Box", "CAMERAS", "CLASSES", "CLASS_NAMES", "COEFFICIENTS", "Camera",
     "Checker", "Cone", "ConstantBackground", "Cylinder", "DEEPEST", "DISTANCE_FADE", "DirectionalLight", "Disc",
-    "FAMILIES", "FRESNEL_MODELS", "FresnelModel", "GradientBackground", "HIGHLIGHTS", "Hemisphere", "HighlightModel",
-    "ImageTexture", "LIGHTS", "MOST_SAMPLES", "Marks", "Material", "Mesh", "OBJECTS", "OrthographicCamera", "POSE",
-    "Parameter", "PixelFilter", "Plane", "PointLight", "Polygon", "Polyhedron", "Precision", "Quadric",
-    "RectangleLight", "Row", "Scene", "ShadowModel", "Sheet", "Shot", "Sphere", "SphereLight", "SphereSet",
-    "SpotLight", "TEXTS", "TEXTURES", "Tables", "TexturePoint", "Torus", "TotalReflection", "VIEW", "WITHOUT_NAME",
-    "WarnLight", "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter",
-    "float_dtype", "from_middle", "highest_coat", "including_coefficient", "is_traced", "maps", "marks_of",
-    "material_names", "most_ambient", "near", "nearest_name", "numbered_objects", "parameter_value", "parameters",
-    "replace_coefficient", "replace_parameter", "shared_sheets", "shortest", "tabled_lights", "tabulate",
-    "texture_names", "textured_rows", "whole_number",
+    "EnvironmentBackground", "FAMILIES", "FRESNEL_MODELS", "FresnelModel", "GradientBackground", "HIGHLIGHTS",
+    "HarmonicBackground", "Hemisphere", "HighlightModel", "ImageTexture", "LIGHTS", "MOST_SAMPLES", "Marks",
+    "Material", "Mesh", "OBJECTS", "OrthographicCamera", "POSE", "Parameter", "PixelFilter", "Plane", "PointLight",
+    "Polygon", "Polyhedron", "Precision", "Quadric", "RectangleLight", "Row", "Scene", "ShadowModel", "Sheet", "Shot",
+    "Sphere", "SphereLight", "SphereSet", "SpotLight", "TEXTS", "TEXTURES", "Tables", "TexturePoint", "Torus",
+    "TotalReflection", "VIEW", "WITHOUT_NAME", "WarnLight", "check_footprint", "coefficient_value", "coefficients",
+    "depth_number", "find_parameter", "float_dtype", "from_middle", "highest_coat", "including_coefficient",
+    "is_traced", "maps", "marks_of", "material_names", "most_ambient", "near", "nearest_name", "numbered_objects",
+    "parameter_value", "parameters", "replace_coefficient", "replace_parameter", "shared_sheets", "shortest",
+    "tabled_lights", "tabulate", "texture_names", "textured_rows", "whole_number",
 ]  # fmt: skip

@@ -143,6 +143,11 @@ class Material(eqx.Module):
         """k_h, or k_s where k_h is not given (Parker et al., after equation 1)."""
         return self.at_work("k_h")
 
+    @property
+    def is_shiny(self) -> bool:
+        """Does it state a k_h of its own, and show it?"""
+        return self.values["k_h"] is not None and self.highlight != "off"
+
     def at_work(self, name: str) -> Any:
         """The value of a coefficient as light sees it: an absent k_h is k_s."""
         return self.values[self.source_of(name)]

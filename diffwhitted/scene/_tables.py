@@ -26,7 +26,7 @@ from ._material import CHOICES, Material, textured_rows
 from ._scene import Scene
 from ._search import Known, known_boxes, shapes_of
 from ._sheets import Sheet, sheets_of
-from .backgrounds import AbstractBackground
+from .backgrounds import AbstractBackground, Surroundings
 from .lights import AbstractLight
 from .textures import AbstractTexture
 
@@ -62,6 +62,8 @@ class Tables(eqx.Module):
     lights: tuple[AbstractLight, ...]
     """In the same way."""
     background: AbstractBackground
+    surroundings: Surroundings | None
+    """How the background lights surfaces; None where it does not."""
     ambient: Vec3 | Hemisphere
     distance_fade: Float[Array, "2"] | None
     cutoff: Float[Array, ""]
@@ -137,7 +139,10 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         texture_of=texture_of,
         textures=textures,
         lights=tabled_lights(scene)[0],
-        background=jax.tree.map(jnp.asarray, scene.background),
+        background=jax.tree.map(jnp.asarray, scene.background.tabled()),
+        surroundings=jax.tree.map(
+            jnp.asarray, scene.background.surroundings(np.asarray([m.is_shiny for m in materials], bool))
+        ),
         ambient=_ambient(scene),
         distance_fade=None if scene.distance_fade is None else jnp.asarray(scene.distance_fade),
         cutoff=jnp.asarray(scene.cutoff),

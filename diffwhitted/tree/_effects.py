@@ -42,11 +42,13 @@ from ._reasons import (
     flat,
     gradient,
     no_ambient,
+    no_light_around,
     no_shadows,
     not_tinted,
     one_band,
     rough,
     second_glass,
+    shiny,
     textured,
     touching,
     truncated,
@@ -54,6 +56,7 @@ from ._reasons import (
     with_coefficient,
     with_fresnel,
 )  # fmt: skip
+from ._surrounded import brightest_of, sent_back_diffusely, sent_back_in_highlight
 
 Coefficients = dict[str, Any]
 
@@ -118,7 +121,12 @@ EFFECTS: tuple[Effect, ...] = (
            without=evenly_lit),
     Effect("diffuse", with_coefficient("k_d"), "no object has k_d > 0", forbidden=dark),
     Effect("highlight", with_coefficient("k_h"), "no object has k_h > 0 with a highlight", forbidden=dark),
-    Effect("polished", coated, "no object is polished", (("ambient", "diffuse"), "no light is looked at"),
+    Effect("environment", with_coefficient("k_d"), "no object has k_d > 0", forbidden=no_light_around,
+           adds=sent_back_diffusely, brightest=brightest_of("k_d")),
+    Effect("environment_highlight", shiny, "no object states a k_h > 0", forbidden=no_light_around,
+           adds=sent_back_in_highlight, brightest=brightest_of("k_h")),
+    Effect("polished", coated, "no object is polished",
+           (("ambient", "diffuse", "environment"), "no light is looked at"),
            at_points=polished, at_lights=polished_towards, indices=True, most=_polished_most),
     Effect("fresnel_highlight", weighed_highlight, "no material has fresnel_highlight",
            (("highlight",), "no highlight is looked at"), at_lights=fresnel_highlight, indices=True,

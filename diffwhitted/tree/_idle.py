@@ -43,8 +43,11 @@ def _coefficient(scene: Scene, material: str, coefficient: str, free: Collection
 
     if not any(o.material == material for o in scene.objects):
         return f"no object is made of {material!r}"
-    if coefficient in ("k_d", "k_h", "phong_exponent") and not scene.lights:
+    surrounded = scene.background.lights_surfaces
+    if coefficient in ("k_d", "k_h", "phong_exponent") and not scene.lights and not surrounded:
         return "the scene has no light; add a [[light]]"
+    if coefficient == "phong_exponent" and not scene.lights and record.k_h is None and f"{material}.k_h" not in free:
+        return f"the scene has no lamp, and the background lights a highlight only where {material}.k_h is stated"
     if coefficient == "k_a" and not frees_ambient(free) and not _some(most_ambient(scene.ambient)):
         return "ambient = 0; raise it, or fix k_a"
     if coefficient in ("k_h", "phong_exponent") and record.highlight == "off":

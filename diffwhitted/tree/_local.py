@@ -30,9 +30,15 @@ def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed
     """
     effects = plan.effects
     adding = [row for row in effect_rows() if row.adds is not None and row.name in effects]
-    named = {"ambient": ("k_a",), "diffuse": ("k_d",), "highlight": ("k_h", "phong_exponent")}
+    highlight = "k_h", "phong_exponent"
+    named = {
+        "ambient": ("k_a",), "diffuse": ("k_d",), "highlight": highlight, "environment": ("k_d",),
+        "environment_highlight": highlight,
+    }  # fmt: skip
     names = [name for effect, some in named.items() if effect in effects for name in some]
     point = made_of(tables, plan, at, needed, (*names, *(name for row in adding for name in row.coefficients)))
+    if effects.environment or effects.environment_highlight:
+        point = replace(point, surroundings=tables.surroundings)
     for row in effect_rows():
         if row.at_points is not None and row.name in effects:
             point = replace(point, coefficients=point.coefficients | row.at_points(point))
@@ -46,6 +52,7 @@ def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed
         )
     for row in adding:
         radiance = radiance + row.adds(point)
+    point = replace(point, surroundings=None)
     radiance = _of_lights(tables, plan, nodes, at, point, radiance, needed) if effects.lighting else radiance
     return radiance if point.left is None else radiance * point.left
 

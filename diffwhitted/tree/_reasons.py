@@ -20,6 +20,17 @@ def dark(asked: Asked) -> str | None:
     return None if asked.scene.lights else "the scene has no light"
 
 
+def no_light_around(asked: Asked) -> str | None:
+    return None if asked.scene.background.lights_surfaces else "the background lights no surface"
+
+
+def shiny(asked: Asked) -> str | None:
+    for thing in asked.users("k_h"):
+        if asked.scene.materials[thing.material].is_shiny or f"{thing.material}.k_h" in asked.free:
+            return f"object {thing.name!r}: {asked.reasons[thing.material, 'k_h']}"
+    return None
+
+
 def flat(asked: Asked) -> str | None:
     return None if asked.depth > 1 else "max_depth = 1: camera rays only"
 

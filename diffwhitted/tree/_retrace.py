@@ -32,10 +32,17 @@ State = tuple[Arrival, Vec3] | None
 
 def light_of(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed) -> Vec3:
     """The light that rays bring from what they meet, surface or background."""
-    light = where(
-        nodes.primitive >= 0, local_radiance(tables, plan, nodes, at, needed), tables.background.seen(at.direction)
-    )
+    met = nodes.primitive >= 0
+    light = where(met, local_radiance(tables, plan, nodes, at, needed), _far_away(tables, at, ~met))
     return light if at.beam is None else light * at.beam.edge.coverage
+
+
+def _far_away(tables: Tables, at: Arrival, missed: Bool[Array, "n"]) -> Vec3:
+    """The background along the rays, or its mean over their share of the pixel."""
+    if at.beam is None:
+        return tables.background.seen(at.direction)
+    steps = tuple(side.direction for side in at.beam.footprint.sides())
+    return tables.background.mean(at.direction, steps, missed)
 
 
 def retraced(light_of: Callable, plan: Plan, given: Given, record: Record) -> tuple[Vec3, State]:

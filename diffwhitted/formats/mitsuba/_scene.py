@@ -11,7 +11,9 @@ from ...scene import (
     Checker,
     ConstantBackground,
     DirectionalLight,
+    EnvironmentBackground,
     GradientBackground,
+    HarmonicBackground,
     Plane,
     PointLight,
     Scene,
@@ -22,6 +24,7 @@ from .._format import Written
 from .._losses import Losses, named
 from .._meshes import MESHES, checker_coordinates, polygon_file
 from .._numbers import extent, fading, plain, rgb
+from .._panoramas import ENDING, exr_file, panorama
 from .._words import words_of
 from ._cameras import add_cameras
 from ._materials import add_material
@@ -34,16 +37,17 @@ def mitsuba_scene(scene: Scene, source: str) -> Written:
     """The scene with the nearest that a path tracer has of each thing."""
     lost = Losses("Mitsuba")
     lost.unknown_settings(scene, SAID)
-    lost.say("ambient light is lost; surfaces light each other and the background lights them, as it does not here")
+    lit = ", also in highlights and with shadows" if scene.background.lights_surfaces else ", as it does not here"
+    lost.say(f"ambient light is lost; surfaces light each other and the background lights them{lit}")
     root = Element("scene", version="3.0.0")
     integrator = SubElement(root, "integrator", type="path")
     whole(integrator, "max_depth", scene.max_depth + 1)
     add_cameras(root, scene, lost)
-    _add_background(root, scene, lost)
+    stem = Path(os.path.realpath(source)).stem
+    sky = _add_background(root, scene, stem, lost)
     for light in scene.lights:
         _add_light(root, scene, light, lost)
-    stem = Path(os.path.realpath(source)).stem
-    beside = _add_things(root, scene, stem, lost)
+    beside = sky | _add_things(root, scene, stem, lost)
     # Say first what the file does not hold.
     for place, sentence in enumerate(lost.here()):
         root.insert(place, Comment(f" Not in this file: {sentence.replace('--', '- -')} "))
@@ -51,8 +55,11 @@ def mitsuba_scene(scene: Scene, source: str) -> Written:
     return Written(tostring(root, encoding="utf-8", xml_declaration=True) + b"\n", tuple(lost), beside)
 
 
-def _add_background(root: Element, scene: Scene, lost: Losses) -> None:
+def _add_background(root: Element, scene: Scene, stem: str, lost: Losses) -> dict[str, bytes]:
+    """What surrounds the scene; returns the file of a map."""
     match scene.background:
+        case EnvironmentBackground() | HarmonicBackground():
+            return _add_map(root, scene.background, stem, lost)
         case ConstantBackground(colour=shade):
             radiance = rgb(shade)
         case GradientBackground(bottom=bottom, top=top):
@@ -60,9 +67,22 @@ def _add_background(root: Element, scene: Scene, lost: Losses) -> None:
             lost.say("the gradient of the background is its mean colour")
         case other:
             lost.say(f"the background ({other.written_type()}) is left out: it is black in the file")
-            return
+            return {}
     if radiance.any():
         colour(SubElement(root, "emitter", type="constant"), "radiance", radiance)
+    return {}
+
+
+def _add_map(root: Element, background, stem: str, lost: Losses) -> dict[str, bytes]:
+    """A map of all that is far away. Mitsuba's has its left edge where ours has the middle."""
+    texels, turned_deg = panorama(background, lost)
+    emitter = SubElement(root, "emitter", type="envmap")
+    word(emitter, "filename", f"{stem}{ENDING}")
+    turn = np.radians(180 - turned_deg)
+    across, back = (np.cos(turn), 0, -np.sin(turn)), (np.sin(turn), 0, np.cos(turn))
+    placed(emitter, np.asarray([across, (0, 1, 0), back, (0, 0, 0)]))
+    lost.say(f"the map of the background is in {stem}{ENDING} beside it")
+    return {ENDING: exr_file(texels)}
 
 
 def _add_light(root: Element, scene: Scene, light, lost: Losses) -> None:

@@ -1,13 +1,17 @@
 """A whole scene as a file for POV-Ray 3.7 or newer."""
 
-from ...scene import Hemisphere, Scene
+import os
+from pathlib import Path
+
+from ...scene import EnvironmentBackground, HarmonicBackground, Hemisphere, Scene
 from .._format import Written
 from .._losses import Losses, named
 from .._numbers import index, reflectances, rgb, text
+from .._panoramas import ENDING, exr_file, panorama
 from .._views import views_of
 from .._words import words_of
 from ._materials import texture_of
-from ._things import BACKGROUNDS, CAMERAS, LIGHTS, SHAPES
+from ._things import BACKGROUNDS, CAMERAS, LIGHTS, SHAPES, sky_map
 from ._words import colour
 
 SAID = ("max_depth", "cutoff", "ambient", "shadows", "total_internal_reflection")
@@ -17,10 +21,11 @@ UNSEEN = "pigment { rgb 0 } finish { ambient 0 diffuse 0 } no_image no_reflectio
 
 def povray_scene(scene: Scene, source: str) -> Written:
     """The scene; POV-Ray's picture of it is ours where nothing is lost."""
-    del source
     lost = Losses("POV-Ray")
     lost.unknown_settings(scene, SAID)
-    body = [*_settings(scene, lost), *_cameras(scene, lost), *_background(scene, lost), *_lights(scene, lost)]
+    stem, beside = Path(os.path.realpath(source)).stem, {}
+    sky = _background(scene, f"{stem}{ENDING}", beside, lost)
+    body = [*_settings(scene, lost), *_cameras(scene, lost), *sky, *_lights(scene, lost)]
     words = words_of(scene.materials, "T_")
     worn = {thing.material for thing in scene.objects}
     for name in scene.materials:
@@ -29,7 +34,7 @@ def povray_scene(scene: Scene, source: str) -> Written:
     body += ["", *_objects(scene, words, lost)]
     head = ["// Written by diffwhitted: linear colours, metres; z is turned round, as POV-Ray's axes are left-handed."]
     head += [f"// Not in this file: {sentence}" for sentence in lost.here()]
-    return Written("\n".join([*head, *body, ""]).encode(), tuple(lost))
+    return Written("\n".join([*head, *body, ""]).encode(), tuple(lost), beside)
 
 
 def _settings(scene: Scene, lost: Losses) -> list[str]:
@@ -66,8 +71,16 @@ def _cameras(scene: Scene, lost: Losses) -> list[str]:
     return [*found, "#end"]
 
 
-def _background(scene: Scene, lost: Losses) -> list[str]:
+def _background(scene: Scene, file: str, beside: dict[str, bytes], lost: Losses) -> list[str]:
+    """What surrounds the scene; a map goes into a file beside it."""
     kind = type(scene.background)
+    if isinstance(scene.background, (EnvironmentBackground, HarmonicBackground)):
+        texels, turned = panorama(scene.background, lost)
+        beside[ENDING] = exr_file(texels)
+        lost.say(f"the map of the background is in {file} beside it; povray +L FOLDER says where that is")
+        if scene.background.lights:
+            lost.say("the background lights no surface in POV-Ray")
+        return [sky_map(file, turned)]
     if kind not in BACKGROUNDS:
         lost.say(f"the background ({scene.background.written_type()}) is left out: it is black in the file")
         return []

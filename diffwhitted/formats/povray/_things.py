@@ -157,6 +157,17 @@ def gradient(background: GradientBackground) -> str:
     return f"sky_sphere {{ pigment {{ gradient y color_map {{ {ends} }} scale 2 translate -1 }} }}"
 
 
+def sky_map(file: str, turned_deg: float) -> str:
+    """An equirectangular map, turned from ahead to the right."""
+    return (
+        f'sky_sphere {{ pigment {{ image_map {{ exr "{file}" map_type 1 interpolate 2 }} '
+        f"scale <-1,1,1> rotate y*{text(TURN + turned_deg)} }} }}"
+    )
+
+
+TURN = -90.0
+"""Mirrored, as its columns run to the left there, its middle column looks to the right."""
+
 BACKGROUNDS: dict[type, Callable[..., str]] = {ConstantBackground: constant, GradientBackground: gradient}
 
 

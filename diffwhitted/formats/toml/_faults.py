@@ -77,7 +77,7 @@ def _descend(loc: tuple, document: dict, schema: dict):
     for part in loc:
         if "oneOf" in node:
             tables = [kind for kind in (_resolved(kind, schema) for kind in node["oneOf"]) if kind["type"] == "object"]
-            tables = [kind for kind in tables if kind["properties"].get("type", {}).get("const", part) == part]
+            tables = [kind for kind in tables if _is_called(kind, part)]
             if not (tables and isinstance(value, dict)):
                 break
             node = tables[0]
@@ -91,6 +91,12 @@ def _descend(loc: tuple, document: dict, schema: dict):
     if "oneOf" in node:
         node = node | {"oneOf": [_resolved(kind, schema) for kind in node["oneOf"]]}
     return path, value, node
+
+
+def _is_called(kind: dict, tag) -> bool:
+    """Is a table of this type, or the one without a type that is known by this key?"""
+    const = kind["properties"].get("type", {}).get("const")
+    return tag in kind["properties"] if const is None else tag == const
 
 
 def _resolved(node: dict, schema: dict) -> dict:
@@ -195,8 +201,12 @@ def _phrase(node: dict, count: str = "") -> str:
         items = _phrase(node["items"], f"{shortest}" if longest == shortest else f"{shortest} or more")
         return f"{count} lists of {items}" if count else f"a list of {items}"
     if node["type"] == "object":
-        inside = ", ".join(f"{key} = {_phrase(part)}" for key, part in node["properties"].items())
+        needed = node.get("required", node["properties"])
+        inside = ", ".join([f"{key} = {_phrase(node['properties'][key])}" for key in needed])
+        inside += ", ..." if len(needed) < len(node["properties"]) else ""
         return "{ " + inside + " }" if len(inside) < 120 else "a table of keys"
+    if node["type"] == "boolean":
+        return "true or false"
     return "text in quotes" + (", at least one letter" if node.get("minLength") else "")
 
 

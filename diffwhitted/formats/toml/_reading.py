@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from ..._errors import SceneError, SceneNote
 from ...records import Registry
 from ...scene import BACKGROUNDS, CAMERAS, LIGHTS, OBJECTS, TEXTURES, Hemisphere, Precision, Scene, float_dtype
-from ...scene.backgrounds import ConstantBackground, GradientBackground
+from ...scene.backgrounds import ConstantBackground, EnvironmentBackground, GradientBackground
 from ..cameras import read_cameras
 from ._entries import Entry, written
 from ._faults import faults_of, ordinal, place, scene_error, shown
@@ -59,7 +59,9 @@ def scene_text(scene: Scene, *, source: str = "scene", folder: Path | None = Non
     tables = models()
     plain = {
         "scene": tables.settings.plain(
-            scene, background=_plain_background(scene.background), ambient=_plain_ambient(scene.ambient)
+            scene,
+            background=_plain_background(named_from(scene.background, folder)),
+            ambient=_plain_ambient(scene.ambient),
         ),
         "camera": [_plain_camera(name, camera) for name, camera in scene.cameras.items()],
         "light": [
@@ -87,7 +89,7 @@ def scene_text(scene: Scene, *, source: str = "scene", folder: Path | None = Non
     with warnings.catch_warnings():
         # What there is to say of the scene was said when it was built.
         warnings.simplefilter("ignore", SceneNote)
-        _scene(file, scene.dtype, source, folder, scene.textures)
+        _scene(file, scene.dtype, source, folder, scene)
     return _dumped(plain)
 
 
@@ -125,13 +127,13 @@ def _broken(message: str, text: str, source: str) -> str:
     return f"{source}: line {line}, column {column}: broken TOML: {what}; the line is {said}"
 
 
-def _scene(file, dtype, source: str, folder: Path | None, known: Mapping | None = None) -> Scene:
-    """The scene of a file that was read; `known`: textures whose pictures need not be read again."""
+def _scene(file, dtype, source: str, folder: Path | None, known: Scene | None = None) -> Scene:
+    """The scene of a file that was read; `known`: one whose pictures need not be read again."""
     faults = []
 
     def record(table: str, index: int, entry: Entry):
         if table == "texture" and known and getattr(entry, "file", None) is not None:
-            return known[entry.name]  # pyright: ignore[reportAttributeAccessIssue] a texture has a name
+            return known.textures[entry.name]  # pyright: ignore[reportAttributeAccessIssue] a texture has a name
         return located(entry, folder).record(place(table, index, getattr(entry, "name", None)), dtype)
 
     def records(table: str) -> list:
@@ -170,7 +172,7 @@ def _scene(file, dtype, source: str, folder: Path | None, known: Mapping | None 
         shots=[joined(shot, folder) for shot in records("shot")],
     )
     try:
-        settings = _settings(file.scene, dtype)
+        settings = _settings(file.scene, dtype, folder, known)
         if not faults:
             return Scene(**stated, **settings, precision=dtype.name)
     except SceneError as error:
@@ -190,19 +192,21 @@ def _repeated(table: str, names: list[str]) -> list[str]:
     ]
 
 
-def _settings(settings: Entry, dtype) -> dict:
+def _settings(settings: Entry, dtype, folder: Path | None, known: Scene | None) -> dict:
     rest = {key: settings.value(key, "scene", dtype) for key in type(settings).model_fields if key != "background"}
     if isinstance(settings.ambient, Entry):
         rest["ambient"] = settings.ambient.record("scene: ambient", dtype)
-    return dict(background=_background(settings, dtype), **rest)
+    return dict(background=_background(settings, dtype, folder, known), **rest)
 
 
-def _background(settings: Entry, dtype):
+def _background(settings: Entry, dtype, folder: Path | None, known: Scene | None):
     stated = settings.background
+    if known is not None and isinstance(known.background, EnvironmentBackground):
+        return known.background
     if isinstance(stated, GradientTable):
         return GradientBackground(*stated.value("gradient", "scene: background", dtype), place="scene")
     if isinstance(stated, Entry):
-        return stated.record("scene: background", dtype)
+        return located(stated, folder).record("scene: background", dtype)
     return ConstantBackground(settings.value("background", "scene", dtype), place="scene")
 
 

@@ -6,6 +6,7 @@ whether a value is allowed is for the records to say, and the limits here serve 
 """
 
 import functools
+from difflib import get_close_matches
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Discriminator, Field, Tag, create_model
@@ -34,7 +35,7 @@ from ._cameras import cameras, one_camera
 from ._entries import Entry, MaterialEntry, ObjectEntry, entries, entry
 from ._keys import KEYS, Colour, MaterialName, Name, ObjectName, key, listed, number, optional
 from ._shots import ShotTable, shot_fields
-from ._textures import TABLES
+from ._textures import BACKGROUND_TABLES, TABLES
 
 
 class GradientTable(Entry):
@@ -66,16 +67,19 @@ _BY_TYPE = Field(discriminator="type")
 
 
 def _background(tables: dict[str, type[Entry]]):
-    """A colour, a table with a gradient, or a table whose type names another background."""
+    """A colour, a table known by its key (a gradient, a map), or a table whose type names another background."""
+    tables = tables | {"gradient": GradientTable}
+    keyed = [name for name, table in tables.items() if "type" not in table.model_fields]
 
     def kind_of(value):
-        if isinstance(value, dict):
-            return value.get("type", "gradient table") if "type" in value else "gradient table"
         if isinstance(value, Entry):
-            return getattr(value, "type", "gradient table")
-        return "colour"
+            return next(name for name, table in tables.items() if type(value) is table)
+        if not isinstance(value, dict):
+            return "colour"
+        near = (get_close_matches(key, keyed, 1) for key in value if isinstance(key, str))
+        return value.get("type") or next((found[0] for found in near if found), "gradient")
 
-    kinds = Annotated[Colour, Tag("colour")] | Annotated[GradientTable, Tag("gradient table")]
+    kinds: Any = Annotated[Colour, Tag("colour")]
     for name, table in tables.items():
         kinds = kinds | Annotated[table, Tag(name)]
     return Annotated[kinds, Discriminator(kind_of)]
@@ -103,7 +107,13 @@ class FileModels:
         )
         texture_name = (Name, Field(description="Name of the texture, one of a kind."))
         self.texture = entries(TEXTURES, False, bases=TABLES, name=texture_name)
-        self.background = {name: entry for name, entry in entries(BACKGROUNDS, False).items() if not entry.made.SHORT}
+        self.background = {
+            name: entry(name, table.made, table.made.ROWS, base=BACKGROUND_TABLES.get(table.made, Entry))
+            if table.made.KEYED
+            else table
+            for name, table in entries(BACKGROUNDS, False).items()
+            if not table.made.SHORT
+        }
         self.camera = cameras()
         self.material = entry(
             "material",
@@ -186,7 +196,8 @@ def _settings(background) -> type[Entry]:
         "SettingsEntry",
         __base__=Entry,
         __doc__="How light is treated, and what surrounds the scene.",
-        background=(background, Field([0.0, 0.0, 0.0], description="Linear RGB, or { gradient = [bottom, top] }.")),
+        background=(background, Field([0.0, 0.0, 0.0], description=(
+            "Linear RGB, { gradient = [bottom, top] }, { environment = FILE } or { harmonics = [[r, g, b], ...] }."))),
         ambient=(_ambient(), Field([1.0, 1.0, 1.0], description=(
             "Ambient light I_a, linear RGB, or { sky, ground, up } by the way that a surface faces; multiplies k_a."))),
         distance_fade=(listed(number(), 2, 2), optional(DISTANCE_FADE.meaning)),

@@ -5,9 +5,14 @@ from typing import ClassVar
 
 import equinox as eqx
 import numpy as np
+from jaxtyping import Array, Bool
 
 from ...numerics._vector import Vec3
 from ...records import Row
+from ._surroundings import Surroundings
+
+LIGHTS = Row("lights", "flag", "Does it light surfaces too: k_d, and a k_h that is stated?", default=True)
+"""The row of backgrounds that can light surfaces."""
 
 
 class AbstractBackground(eqx.Module):
@@ -19,6 +24,8 @@ class AbstractBackground(eqx.Module):
     ROWS: ClassVar[tuple[Row, ...]]
     SHORT: ClassVar[bool] = False
     """Files have a form for it without a type."""
+    KEYED: ClassVar[bool] = False
+    """Files know it by its key, which is called as the type, and state no type."""
 
     @abstractmethod
     def seen(self, direction: Vec3) -> Vec3:
@@ -27,6 +34,27 @@ class AbstractBackground(eqx.Module):
     def brightest(self) -> np.ndarray:
         """The most light along any direction, (3,), linear RGB; infinite where none is known."""
         return np.full(3, np.inf)
+
+    def brightest_mean(self) -> np.ndarray:
+        """The most of its mean about any direction, weighted by a lobe, as `surroundings` finds it."""
+        return self.brightest()
+
+    def mean(self, direction: Vec3, steps: tuple[Vec3, Vec3], wanted: Bool[Array, "n"]) -> Vec3:
+        """Its mean over the pixels along whose sides the direction changes by `steps`, for the rays that want it."""
+        return self.seen(direction)
+
+    def tabled(self) -> "AbstractBackground":
+        """The form in which the ray tree reads it."""
+        return self
+
+    @property
+    def lights_surfaces(self) -> bool:
+        """Has it `surroundings`?"""
+        return False
+
+    def surroundings(self, shiny: Bool[Array | np.ndarray, "materials"]) -> Surroundings | None:
+        """How it lights surfaces, in highlights those of `shiny` materials; None where it does not."""
+        return None
 
     def plain(self) -> "AbstractBackground":
         """What takes its place where its variation is left out, to find what that costs; itself where it has none."""

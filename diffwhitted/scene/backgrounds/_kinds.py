@@ -3,8 +3,10 @@
 from ...records import Registry
 from ._background import AbstractBackground
 from ._constant import ConstantBackground
+from ._environment import EnvironmentBackground
 from ._gradient import GradientBackground
+from ._harmonics import HarmonicBackground
 
 BACKGROUNDS: Registry[AbstractBackground] = Registry(
-    "background", AbstractBackground, ConstantBackground, GradientBackground
+    "background", AbstractBackground, ConstantBackground, GradientBackground, EnvironmentBackground, HarmonicBackground
 )

@@ -89,7 +89,9 @@ class ImageTexture(AbstractTexture):
             if value not in allowed:
                 raise SceneError(f"{place}: {name} = {value!r}; allowed is {', '.join(allowed)}")
         self.file, self.encoding, self.wrap, self.mapping = file, encoding, wrap, mapping
-        self.texels = _checked(texels, place if file is None else f"{place}: file {file!r}")
+        self.texels = checked_texels(
+            texels, place if file is None else f"{place}: file {file!r}", rows_of(ImageTexture)["texels"]
+        )
         # Take the keys of the mapping, and no others.
         stated = dict(origin=origin, edge_u=edge_u, edge_v=edge_v, centre=centre, height=height, size=size)
         mine = MAPPINGS[mapping][1]
@@ -202,9 +204,8 @@ def _moving(uv, point: TexturePoint, steps: tuple[TexturePoint, TexturePoint]):
     return uv(point), tuple(jax.jvp(uv, (point,), (step,))[1] for step in steps)
 
 
-def _checked(texels, place: str):
+def checked_texels(texels, place: str, row: Row):
     """Texels as an array of floats, or `SceneError` naming the first one that is not allowed."""
-    row = rows_of(ImageTexture)["texels"]
     if is_traced(texels):
         return row.read(texels, place)
     try:
