@@ -23,17 +23,9 @@ from ._coefficients import BY_NAME, COEFFICIENTS, coefficients, including_coeffi
 from ._hemisphere import Ambient, Hemisphere, most_ambient
 from ._material import FRESNEL_MODELS, HIGHLIGHTS, HighlightModel, Material, highest_coat, textured_rows
 from ._names import coefficient_value, replace_coefficient
+from ._naming import find_parameter, parameter_value, replace_parameter
 from ._near import near
-from ._parameters import (
-    FAMILIES,
-    WITHOUT_NAME,
-    Parameter,
-    find_parameter,
-    maps,
-    parameter_value,
-    parameters,
-    replace_parameter,
-)
+from ._parameters import FAMILIES, WITHOUT_NAME, Parameter, maps, parameters
 from ._scene import DISTANCE_FADE, Precision, Scene, ShadowModel, TotalReflection, check_footprint, float_dtype
 from ._sheets import Sheet, shared_sheets
 from ._shot import TEXTS, PixelFilter, Shot, from_middle

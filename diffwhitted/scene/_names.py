@@ -1,6 +1,6 @@
 """Names of coefficients, such as "glass.k_d": reading and replacing. All other numbers are reached in the same way."""
 
-from ._parameters import parameter_value, replace_parameter
+from ._naming import parameter_value, replace_parameter
 from ._scene import Scene
 
 
