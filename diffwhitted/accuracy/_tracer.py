@@ -80,10 +80,6 @@ class Tracer:
         """The numbers of the pixels, row by row."""
         return np.arange(self.camera.width * self.camera.height)
 
-    def scene_with(self, settings: Settings) -> Scene:
-        """The scene with its lamps looked at as these settings say."""
-        return with_light_samples(self.scene, settings.light_samples)
-
     def trace(self, settings: Settings, pixels: np.ndarray | None = None) -> Traced:
         """Trace these pixels, all by default, as `render` does; a program that is not there yet is compiled first."""
         if settings.antialias:
@@ -135,16 +131,16 @@ class Tracer:
 
     def _antialiased(self, settings: Settings, pixels: np.ndarray | None) -> Traced:
         """Pixels share their corners, so the whole picture is traced, and some of it costs its part."""
-
+        scene = with_light_samples(self.scene, settings.light_samples)
         program = replace(settings, antialias=1.0, cutoff=float(settings.cutoff > 0) / 2)
         options = {"max_depth": settings.depth, "cutoff": settings.cutoff}
         if program not in self._compiled:
             begun = time.perf_counter()
-            compile_antialias(self.scene_with(settings), self.camera, **options)
+            compile_antialias(scene, self.camera, **options)
             self.seconds_compile += time.perf_counter() - begun
             self._compiled.add(program)
         begun = time.perf_counter()
-        found = antialias(self.scene_with(settings), self.camera, settings.antialias, **options)
+        found = antialias(scene, self.camera, settings.antialias, **options)
         seconds = time.perf_counter() - begun
         picture = found.image.reshape(-1, 3).astype(np.float64)
         if pixels is None:
@@ -163,7 +159,8 @@ class Tracer:
         """The sum over places at each corner (n, 3), the rays other than camera rays, and the seconds; with `beyond`,
         of what is left out.
         """
-        plan, scene = self.compiled(settings, beyond), self.scene_with(settings).with_cutoff(settings.cutoff)
+        plan, scene = self.compiled(settings, beyond), with_light_samples(self.scene, settings.light_samples)
+        scene = scene.with_cutoff(settings.cutoff)
         tables = tables_of(scene, plan)
         how = jnp.asarray(settings.depth, jnp.int32), jnp.asarray(1 / max(settings.footprint, 1), scene.dtype), beyond
 
@@ -200,11 +197,10 @@ class Tracer:
             plan = replace(plan, effects=plan.effects.switched(shadows=False, tinted_shadows=False))
         if (program := (plan, beyond is None, settings.light_samples)) not in self._compiled:
             begun = time.perf_counter()
-            corner = np.zeros(1, self.scene.dtype)
-            nobody = _dealt(plan, corner, corner, 1)[0]
+            nobody = _dealt(plan, corner := np.zeros(1, self.scene.dtype), corner, 1)[0]
             places = _place_groups(1, self.scene.dtype)[0]
             _pass.lower(
-                tables_of(self.scene_with(settings), plan),
+                tables_of(with_light_samples(self.scene, settings.light_samples), plan),
                 self.camera,
                 plan.program,
                 nobody,
@@ -224,7 +220,7 @@ class Tracer:
         footprint = bool(settings.footprint)
         kind = footprint, settings.light_samples
         if kind not in self._plans:
-            scene = self.scene_with(settings)
+            scene = with_light_samples(self.scene, settings.light_samples)
             plan = make_plan(
                 scene, self._sized, max_depth=DEEPEST, capacity=likely_room(self._sized), footprint=int(footprint)
             )
