@@ -64,8 +64,8 @@ class Tracer:
         self.scene, self.camera = near(scene, camera)
         side = None if pass_of is None else int(np.ceil(pass_of**0.5))
         self._sized = self.camera if side is None else self.camera.resized(side, side)
-        self._plans: dict[tuple[bool, int | None], Plan] = {}
-        self._compiled: set[tuple[Plan, bool, int | None] | Settings] = set()
+        self._plans: dict[tuple[bool, int | None, str], Plan] = {}
+        self._compiled: set[tuple[Plan, bool, int | None, str] | Settings] = set()
         self._crowded: dict[Settings, float] = {}
         self.seconds_compile = 0.0
         """So far, for all programs."""
@@ -81,8 +81,8 @@ class Tracer:
         return np.arange(self.camera.width * self.camera.height)
 
     def scene_with(self, settings: Settings) -> Scene:
-        """The scene with its lamps looked at as these settings say."""
-        return with_light_samples(self.scene, settings.light_samples)
+        """The scene with its lamps looked at, and its meshes shaded, as these settings say."""
+        return with_light_samples(settings.shaded(self.scene), settings.light_samples)
 
     def trace(self, settings: Settings, pixels: np.ndarray | None = None) -> Traced:
         """Trace these pixels, all by default, as `render` does; a program that is not there yet is compiled first."""
@@ -198,7 +198,7 @@ class Tracer:
         plan = self.plan(settings)
         if beyond is not None:
             plan = replace(plan, effects=plan.effects.switched(shadows=False, tinted_shadows=False))
-        if (program := (plan, beyond is None, settings.light_samples)) not in self._compiled:
+        if (program := (plan, beyond is None, settings.light_samples, settings.shading)) not in self._compiled:
             begun = time.perf_counter()
             corner = np.zeros(1, self.scene.dtype)
             nobody = _dealt(plan, corner, corner, 1)[0]
@@ -222,7 +222,7 @@ class Tracer:
         branches.
         """
         footprint = bool(settings.footprint)
-        kind = footprint, settings.light_samples
+        kind = footprint, settings.light_samples, settings.shading
         if kind not in self._plans:
             scene = self.scene_with(settings)
             plan = make_plan(

@@ -21,6 +21,9 @@ from ._footprint import Footprint
 from ._ray import Ray
 from ._searches import AbstractSearches
 
+Three = tuple[Vec3, Vec3, Vec3]
+Shares = tuple[Float[Array, "*n"], Float[Array, "*n"], Float[Array, "*n"]]
+
 
 class AbstractSurfaces(AbstractSearches):
     """Surfaces of one kind. A new family states `crossings` and `surface`."""
@@ -53,6 +56,14 @@ class AbstractSurfaces(AbstractSearches):
     def shading(self, point: Vec3, outward: Vec3) -> tuple[Vec3, Vec3]:
         """The outward unit normal that light sees at a point, and where shadow rays leave from on the outer side."""
         return outward, point
+
+    def corners_of(self, point: Vec3) -> tuple[Three, Three, Shares]:
+        """Of a point where `interpolated`: places of the three corners, outward normals there, and its barycentric
+        coordinates, differentiable. By default it is its own corner.
+        """
+        one, zero = jnp.ones_like(point.x), jnp.zeros_like(point.x)
+        none = Vec3(zero, zero, zero)
+        return (point, point, point), (none, none, none), (one, zero, zero)
 
     @property
     def crossed_at_most(self) -> int:

@@ -9,7 +9,7 @@ from ._frusta import Frusta
 from ._kinds import OBJECTS
 from ._mesh import Mesh
 from ._mesh_file import read_parts
-from ._object import AbstractObject
+from ._object import SHADING, AbstractObject
 from ._plane import Plane, Planes
 from ._polygon import Polygon, Polygons
 from ._polyhedron import Faces, Polyhedra, Polyhedron
@@ -22,6 +22,6 @@ from ._triangles import Triangles
 
 __all__ = [
     "AbstractObject", "Box", "Boxes", "Cone", "Cylinder", "Disc", "Discs", "Faces", "Frusta", "Mesh", "OBJECTS",
-    "POSE", "Plane", "Planes", "Polygon", "Polygons", "Polyhedra", "Polyhedron", "Quadric", "Quadrics", "Sphere",
-    "SphereSet", "Spheres", "Tori", "Torus", "Triangles", "cut_into_triangles", "has_pose", "read_parts",
+    "POSE", "Plane", "Planes", "Polygon", "Polygons", "Polyhedra", "Polyhedron", "Quadric", "Quadrics", "SHADING",
+    "Sphere", "SphereSet", "Spheres", "Tori", "Torus", "Triangles", "cut_into_triangles", "has_pose", "read_parts",
 ]  # fmt: skip

@@ -107,6 +107,10 @@ class Triangles(AbstractSurfaces):
             lifted = lifted + (point - one * below) * share
         return normalise(normal), lifted
 
+    def corners_of(self, point: Vec3):
+        assert self.normals is not None
+        return self.corners, self.normals, self.shares(point)
+
     def uv(self, point: Vec3) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
         """Texture coordinates of a point, between those of the corners, differentiable."""
         zero = jnp.zeros_like(point.x)

@@ -13,7 +13,7 @@ from ._words import place
 
 def mesh(thing: Mesh) -> str:
     points, normals, faces = plain(thing.vertices), None, np.asarray(thing.faces)
-    if thing.shading == "phong":
+    if thing.shading != "flat":
         points, normals, faces = triangles_of(thing, np.zeros(3), 1.0)
     parts = [_vectors("vertex_vectors", points)]
     parts += [] if normals is None else [_vectors("normal_vectors", normals)]
