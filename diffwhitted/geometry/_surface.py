@@ -35,6 +35,9 @@ class AbstractSurfaces(AbstractSearches):
     BOUNDED: ClassVar[bool] = False
     """Each has an end, which `boxes` knows: of many, a ray need not ask all."""
 
+    DETACHED: ClassVar[bool] = False
+    """Its points may lie behind what rays are tested against: all rays go on from where `shading` says."""
+
     KERNEL: ClassVar[str | None] = None
     """The kind of surface by which `_machine` knows it, where there is machine code for its search."""
 
@@ -53,9 +56,12 @@ class AbstractSurfaces(AbstractSearches):
         zero = jnp.zeros_like(point.x)
         return zero, zero
 
-    def shading(self, point: Vec3, outward: Vec3) -> tuple[Vec3, Vec3]:
-        """The outward unit normal that light sees at a point, and where shadow rays leave from on the outer side."""
-        return outward, point
+    def shading(self, ray: Ray, point: Vec3, outward: Vec3) -> tuple[Vec3, Vec3, Vec3]:
+        """The outward unit normal that light sees at a point where a ray arrived, and where shadow rays leave from on
+        the outer side, and on the inner side.
+        """
+        del ray
+        return outward, point, point
 
     def corners_of(self, point: Vec3) -> tuple[Three, Three, Shares]:
         """Of a point where `interpolated`: places of the three corners, outward normals there, and its barycentric

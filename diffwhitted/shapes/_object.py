@@ -43,6 +43,9 @@ class AbstractObject(eqx.Module):
     FLAT: ClassVar[bool] = False
     """It lies in one plane, and so never stands between its own points and a light."""
 
+    CLEAR: ClassVar[bool] = True
+    """It may let light through."""
+
     name: eqx.AbstractVar[str]
     material: eqx.AbstractVar[str]
     scale: Float[Array, "*three"] | None = eqx.field(default=None, kw_only=True)

@@ -260,6 +260,7 @@ def decide_effects(
     """
     depth = scene.max_depth if max_depth is None else max_depth
     asked = Asked(scene, frozenset(free), depth, scene.footprint if footprint is None else footprint)
+    asked.check_clear()
     decided: list[Decision] = []
     on: set[str] = set()
     for row in effect_rows():
