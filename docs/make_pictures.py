@@ -1,5 +1,5 @@
 """Makes the pictures of the README: target, start and fit of the example side by side; points and footprints
-enlarged; displays of few levels; textures; error against time; where the rays are.
+enlarged; displays of few levels; textures; error against time; where the rays are; the four ways to shade a mesh.
 
 Run from the top of the repository, after `make demo`: python docs/make_pictures.py
 """
@@ -12,6 +12,8 @@ import numpy as np
 
 import diffwhitted
 from diffwhitted import display
+from diffwhitted.shapes import SHADING
+from diffwhitted.standard._teapot import pot
 from fitting.comparing._error_plot import write_figure
 from fitting.comparing._tradeoff import sentences, tradeoff
 from fitting.comparing._tradeoff_plot import tradeoff_figure
@@ -64,3 +66,16 @@ write_figure(tradeoff_figure(found), Path("docs/tradeoff.png"))
 scene = diffwhitted.load_scene(EXAMPLES / "glass_between_spheres.toml")
 camera = scene.cameras["main"].resized(320, 240)
 write_maps(diffwhitted.ray_maps(scene, camera), np.asarray(diffwhitted.render(scene, camera)), Path("docs/rays.png"))
+
+vertices, normals, faces = pot(2)
+camera = diffwhitted.Camera((3.6, 5.2, 3.6), (0.1, 0, 1.35), up=(0, 0, 1), vfov_deg=33, width=300, height=240)
+panels = []
+for shading in SHADING:
+    scene = diffwhitted.Scene(
+        objects=[diffwhitted.Mesh("pot", vertices, faces, "pot", normals=normals, shading=shading)],
+        materials={"pot": diffwhitted.Material(k_a=0.1, k_d=(0.6, 0.3, 0.1), k_h=0.5, phong_exponent=25)},
+        lights=[diffwhitted.PointLight((-3.1, 9.8, 12.1), 0.7), diffwhitted.PointLight((11.3, 5.1, 8.8), 0.7)],
+        background=diffwhitted.ConstantBackground((1, 1, 1)),
+    )
+    panels.append(np.asarray(diffwhitted.render(scene, camera, samples=4)))
+diffwhitted.write_image("docs/shading.jpg", np.concatenate(panels, axis=1))

@@ -2,15 +2,18 @@
 it.
 """
 
+import dataclasses
 import functools
 
 import numpy as np
 import pytest
+from mesh_samples import ball
 
 import diffwhitted as dw
 from diffwhitted.cost._effects import picture_cost
 from diffwhitted.cost._work import Work, work_of, work_programs
 from diffwhitted.tree import make_plan
+from fitting.command_line._explain import print_explanation
 
 SKY = (0.2, 0.4, 0.8)
 
@@ -90,3 +93,30 @@ def test_the_parts_are_those_of_all_trees_of_a_pixel():
     parts = work_programs(ball, ball.cameras["main"], plan)
     assert [trees.descendants.shape for trees in parts["search"].run()] == [(4,)]
     assert [points.shape for points in parts["walk"].run()] == [(4, 3, plan.pass_pixels)]
+
+
+def test_explain_says_what_a_ray_of_each_kind_tests(capsys):
+    """Of a ball of 320 triangles, a tree of nine levels, over a plane that has none: each search asks the plane too."""
+    vertices, faces = ball(2)
+    things = [dw.Mesh("ball", vertices, faces, "mirror"), dw.Plane("ground", (0, 1, 0), -1, "floor")]
+    one = dw.Scene(
+        objects=things,
+        materials={"mirror": dw.Material(k_s=0.9, k_h=0), "floor": dw.Material(k_d=0.6, k_h=0)},
+        lights=[dw.PointLight((2, 4, 3), 1)],
+        cameras={"main": dw.Camera((0, 0.3, 4), (0, 0, 0), 45, 32, 24)},
+        max_depth=2,
+    )
+    found = dw.explain(one, one.cameras["main"], measure=False)
+    assert (
+        list(found.search) == ["camera", "mirror", "shadow"]
+        and not dw.explain(scene(), scene().cameras["main"], measure=False).search
+    )
+    counts = {**found.rays.by_kind, "shadow": found.rays.shadow}
+    assert all(abs(tests.counted - counts[kind]) <= 2 for kind, tests in found.search.items())
+    # A ray that meets the ball goes down nine levels, and looks into two boxes at each; few need less than one surface.
+    assert 1 < found.search["camera"].boxes < 2 * 9 + 10 and 1 < found.search["camera"].surfaces < 4
+    assert found.to_json()["search"]["mirror"] == dataclasses.asdict(found.search["mirror"])
+    print_explanation(found, "ball")
+    said = capsys.readouterr().out
+    assert "tests of a ray" in said and f"{found.search['shadow'].boxes:.1f}" in said
+    assert max(map(len, said.splitlines())) <= 80

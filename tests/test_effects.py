@@ -20,6 +20,7 @@ from diffwhitted.tree import EFFECT_NAMES, make_plan, tables_of
 SKY = (0.2, 0.4, 0.8)
 EVEN = np.eye(9)[0][:, None] * SKY * np.sqrt(4 * np.pi)
 """The same as harmonics."""
+BEHIND = [[0, 0, 9], [1, 0, 9], [0, 1, 9]]
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,8 @@ class Variant:
     sky: bool = False
     lamp_ball: bool = False
     fade: tuple | None = None
+    unseen: str | None = None
+    """The shading of a mesh behind the camera."""
     scene: dw.Scene = field(init=False, compare=False)
 
     def __post_init__(self):
@@ -58,6 +61,7 @@ class Variant:
                     dw.Sphere("ball", (0, 0, 0), self.radius, "paint"),
                     dw.Plane("ground", (0, 1, 0), -1, "plain"),
                     *[dw.Sphere("twin", (0, 0, 0), self.radius, "paint")] * self.twin,
+                    *[dw.Mesh("unseen", BEHIND, [[0, 1, 2]], "plain", shading=self.unseen)] * bool(self.unseen),
                 ],
                 materials={"paint": dw.Material(**dict(self.ball)), "plain": dw.Material(**dict(self.floor))},
                 lights=[light],
@@ -96,6 +100,7 @@ GLASSY = Variant(free=("paint.k_t",))
 SHINY = Variant(free=("paint.k_h",))
 UNSEEN = Variant(radius=1e-6, free=("paint.k_s",))  # the ball is between two pixels, whatever it is made of
 SHADED = Variant(free=("paint.k_t",), shadows="opaque")
+SMOOTH = Variant(unseen="phong")
 
 PAIRS = {
     "ambient": (BARE, Variant(free=("paint.k_a",))),
@@ -129,6 +134,8 @@ PAIRS = {
     "absorption": (GLASSY, Variant(free=("paint.k_t", "paint.extinction"))),
     "nested_media": (GLASSY, Variant(free=("paint.k_t", "plain.k_t"))),
     "shared_surfaces": (GLASSY, dataclasses.replace(GLASSY, twin=True)),
+    "gouraud": (SMOOTH, Variant(unseen="gouraud")),
+    "fast_phong": (SMOOTH, Variant(unseen="fast_phong")),
     "textures": (BARE, Variant(floor=(*BARE.floor, ("k_d_texture", "white")))),
     "attenuation": (BARE, Variant(attenuation=(1.0, 0.0, 0.0))),
     "light_borders": (BARE, Variant(cone=80.0)),
@@ -225,6 +232,7 @@ def everything():
             dw.Sphere("ball", (0, 0, 0), 1, "glass"),
             dw.Sphere("bead", (0, 0, 0), 0.4, "glass"),
             dw.Sphere("skin", (0, 0, 0), 0.4, "tiles"),
+            *(dw.Mesh(shading, BEHIND, [[0, 1, 2]], "tiles", shading=shading) for shading in ("gouraud", "fast_phong")),
         ],
         materials={
             "glass": dw.Material(k_h=0.25, k_s=0.2, k_t=(0.0, 0.7, 0.8), refractive_index=1.5),
@@ -267,6 +275,7 @@ def test_reasons_name_the_object_and_the_coefficient():
     assert given["total_internal_reflection"][1] == "object 'ball': glass.refractive_index = 1.5"
     assert given["nested_media"][1] == "objects 'ball' and 'bead' are both transparent"
     assert given["shared_surfaces"][1] == "objects 'bead' and 'skin' share a surface"
+    assert given["gouraud"][1] == "object 'gouraud': shading = \"gouraud\""
     assert given["textures"][1] == "object 'ground': k_d_texture = 'checks'"
     assert given["attenuation"][1] == "light 2 has an attenuation"
     assert given["light_borders"][1] == "light 3 has a cone or flaps"

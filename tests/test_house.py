@@ -147,7 +147,7 @@ PUBLIC = {
         Antialiased Bounded Box COEFFICIENTS Camera CapacityError Checker Choice Cone ConstantBackground
         Cylinder Derivative DirectionalLight Disc Effects EnvironmentBackground Explanation FarFromOrigin
         GradientBackground HarmonicBackground Hemisphere ImageTexture InputError KNOBS Knob Layers Material
-        Measured Mesh OrthographicCamera Parameter Plan Plane PointLight Polygon Polyhedron Quadric RayMaps
+        Measured Mesh OrthographicCamera Parameter Patch Plan Plane PointLight Polygon Polyhedron Quadric RayMaps
         RectangleLight Scene SceneError Settings Shot Sphere SphereLight SphereSet SpotLight Torus WarnLight
         antialias choose coefficient_value decide_effects derivative explain layers load_scene measure
         parameter_value parameters parse_scene plan ray_maps read_cameras read_image render render_with_bound

@@ -97,7 +97,7 @@ def test_a_scene_that_is_made_elsewhere_names_its_meshes_from_where_it_goes(tmp_
         ({"vertices": BOX * 0}, "none of its 12 triangles has an area"),
         ({"normals": BOX[:3]}, "normals has 3 entries for 8 vertices"),
         ({"uvs": [[0, 0]]}, "uvs has 1 entries"),
-        ({"shading": "gourd"}, "shading = 'gourd'; allowed is flat, phong"),
+        ({"shading": "gourd"}, "shading = 'gourd'; allowed is flat, gouraud, fast_phong, phong"),
         ({"vertices": None, "faces": None}, "needs vertices and faces, or a file"),
     ],
 )

@@ -17,6 +17,8 @@ from diffwhitted.geometry import (
     compiled,
     crossing_counts,
     searcher,
+    tested_for_blocked,
+    tested_for_nearest,
 )
 from diffwhitted.numerics._vector import vec3
 from diffwhitted.shapes import Spheres, Triangles
@@ -220,3 +222,72 @@ def test_surfaces_that_are_nowhere_are_met_by_no_ray():
     expected = np.asarray(Spheres(family.centre, family.radius.at[7].set(0)).nearest(ray, free(800))[1])
     for by in (broken, searcher(broken, boxes, None)):
         np.testing.assert_array_equal(np.asarray(by.nearest(ray, free(800), boxes)[1]), expected)
+
+
+# What a search costs.
+
+
+def row_of_spheres() -> Shapes:
+    """Four along x, each of radius 0.4, and the tree over them."""
+    family = Spheres(vec3(jnp.asarray([[1.0, 0, 0], [2, 0, 0], [3, 0, 0], [4, 0, 0]])), jnp.full(4, 0.4))
+    return Shapes((family,), boxes=(tree(family),))
+
+
+@pytest.mark.parametrize(
+    "origin, direction, nearest, blocked",
+    [
+        # The root, both halves, both leaves of the near half: its first sphere is the nearest, but the second one is
+        # come to before the boxes of the far half are found to lie behind it. A shadow ray ends at the first.
+        ((0, 0, 0), (1, 0, 0), (7, 2), (5, 1)),
+        # Straight down on the third: the root, both halves, and the leaves of one.
+        ((3, 5, 0), (0, -1, 0), (5, 1), (5, 1)),
+        # Past the root.
+        ((0, 2, 0), (1, 0, 0), (1, 0), (1, 0)),
+        # Through the root, between the halves.
+        ((2.5, 5, 0), (0, -1, 0), (3, 0), (3, 0)),
+    ],
+)
+def test_tests_of_a_ray_counted_by_hand(origin, direction, nearest, blocked):
+    shapes, ray = row_of_spheres(), ray_of(np.asarray([origin], float), np.asarray([direction], float))
+    found = tested_for_nearest(shapes, ray, free(1), jnp.ones(1, bool))
+    assert (int(found.boxes[0]), int(found.surfaces[0])) == nearest
+    found = tested_for_blocked(shapes, ray, free(1), jnp.full(1, 10.0), None)
+    assert (int(found.boxes[0]), int(found.surfaces[0])) == blocked
+    assert int(tested_for_blocked(shapes, ray, free(1), jnp.zeros(1), None).boxes[0]) == 0
+
+
+class Counting:
+    """An array that counts how often a number of it is read."""
+
+    def __init__(self, array):
+        self.array, self.shape, self.dtype, self.read = array, array.shape, array.dtype, 0
+
+    def __getitem__(self, at):
+        self.read += 1
+        return self.array[at]
+
+
+@pytest.mark.parametrize("kind", ["sphere", "triangle"])
+def test_the_machine_code_tests_the_same_boxes_and_surfaces(kind):
+    """Its own lines in Python, on arrays that count: six numbers of a box are read, and a leaf for a surface."""
+    machine = pytest.importorskip("diffwhitted.geometry._machine")
+    family = spheres(np.float64, 300) if kind == "sphere" else triangles(np.float64, 2)
+    boxes, some = tree(family), slice(0, 150)
+    origin, direction = (a[some] for a in rays(np.float64))
+    shapes, ray, count = Shapes((family,), boxes=(boxes,)), ray_of(origin, direction), len(origin)
+    limit = np.random.default_rng(7).uniform(0.2, 2, count)
+    ours = [
+        tested_for_nearest(shapes, ray, free(count), jnp.ones(count, bool)),
+        tested_for_blocked(shapes, ray, free(count), jnp.asarray(limit), None),
+    ]
+    flags, nothing = np.ones(family.count, np.int32), np.zeros(0, np.int32)
+    for found, mode, far in zip(ours, (0, 1), (np.full(count, np.inf), limit), strict=True):
+        for k in range(count):
+            rows, leaf = Counting(np.asarray(boxes.rows)), Counting(np.asarray(boxes.leaf))
+            width = machine.KINDS[kind][1]
+            machine._follow.py_func(
+                kind == "sphere", width, mode, rows, leaf, np.asarray(boxes.members), flags, *origin[k], *direction[k],
+                far[k], -1, False, nothing, k, count,
+            )  # fmt: skip
+            assert (rows.read // 6, leaf.read) == (int(found.boxes[k]), int(found.surfaces[k]))
+    assert int(ours[0].surfaces.sum()) > count / 2

@@ -9,9 +9,13 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from .._errors import SceneError
+from ..records import changed
 from ..rendering._antialias import check_threshold
 from ..scene import DEEPEST, MOST_SAMPLES, Scene, check_footprint, whole_number
+from ..shapes import SHADING
 
+STATED = "stated"
+"""The shading that each mesh states."""
 EXCLUSIVE = ("pixel",)
 """Groups of which one knob at most is turned on."""
 
@@ -65,6 +69,12 @@ def _antialias(value) -> float:
 def _precision(value) -> str:
     if value not in ("float32", "float64"):
         raise SceneError(f"precision = {value!r}; allowed is float32, float64")
+    return value
+
+
+def _shading(value) -> str:
+    if value not in (STATED, *SHADING):
+        raise SceneError(f"shading = {value!r}; allowed is {', '.join((STATED, *SHADING))}")
     return value
 
 
@@ -152,6 +162,17 @@ class Settings:
         argument=None,
         check=_precision,
     )
+    shading: str = _row(
+        STATED,
+        costs="time at each point of a mesh that is not flat; what it costs is measured, not known beforehand",
+        off=STATED,
+        controls="the light of lamps between the vertices of meshes that are not flat; the reference is phong",
+        sweep=SHADING,
+        group="mesh",
+        text="shading {}",
+        argument=None,
+        check=_shading,
+    )
 
     def __post_init__(self):
         for knob in KNOBS:
@@ -181,6 +202,12 @@ class Settings:
         return cls(
             depth=scene.max_depth, cutoff=float(scene.cutoff), footprint=scene.footprint, precision=scene.precision
         )
+
+    def shaded(self, scene: Scene) -> Scene:
+        """The scene with its meshes shaded as these settings say."""
+        if self.shading == STATED:
+            return scene
+        return changed(scene, objects=tuple(thing.shaded(self.shading) for thing in scene.objects))
 
     def options(self) -> dict[str, Any]:
         """The arguments of `diffwhitted.render`."""

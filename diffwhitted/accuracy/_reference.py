@@ -56,7 +56,8 @@ def reference(
     """The picture of these pixels (all by default), refined until a quarter of the trees differs by `wanted(picture)`
     (RMSE) or less.
 
-    Filtered trees of 1/k of a pixel converge to the area of the pixel as k grows, and faster than points do.
+    Filtered trees of 1/k of a pixel converge to the area of the pixel as k grows, and faster than points do. Meshes
+    that are not flat are shaded by Phong, whatever they state.
     `light_samples`: of lamps with a size, in place of the scene's. `on_work` is called with the part of the work that
     is done, if all levels are needed. Raises `CapacityError` as `Tracer` does.
     """
@@ -74,7 +75,8 @@ def reference(
         parts = np.array_split(which, -(-size * side**2 // AT_ONCE))
         for number, part in enumerate(parts):
             found = tracer.trace_spread(
-                Settings(depth=depth, cutoff=CUTOFF, footprint=side, light_samples=light_samples), pixels[part]
+                Settings(depth=depth, cutoff=CUTOFF, footprint=side, light_samples=light_samples, shading="phong"),
+                pixels[part],
             )
             refined[part], rays = found.pixels, rays + found.rays
             if on_work is not None:

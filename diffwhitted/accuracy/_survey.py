@@ -35,6 +35,7 @@ def swept_knobs(tracer: Tracer) -> list[Knob]:
         "tree": not tracer.branches,
         "arithmetic": not jax.config.jax_enable_x64,  # pyright: ignore[reportAttributeAccessIssue]
         "light": not has_sized_lights(tracer.scene),
+        "mesh": all(thing.interpolation in (None, "flat") for thing in tracer.scene.objects),
     }
     return [knob for knob in KNOBS if not idle.get(knob.group)]
 

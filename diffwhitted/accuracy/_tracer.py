@@ -64,8 +64,8 @@ class Tracer:
         self.scene, self.camera = near(scene, camera)
         side = None if pass_of is None else int(np.ceil(pass_of**0.5))
         self._sized = self.camera if side is None else self.camera.resized(side, side)
-        self._plans: dict[tuple[bool, int | None], Plan] = {}
-        self._compiled: set[tuple[Plan, bool, int | None] | Settings] = set()
+        self._plans: dict[tuple[bool, int | None, str], Plan] = {}
+        self._compiled: set[tuple[Plan, bool, int | None, str] | Settings] = set()
         self._crowded: dict[Settings, float] = {}
         self.seconds_compile = 0.0
         """So far, for all programs."""
@@ -79,6 +79,10 @@ class Tracer:
     def all_pixels(self) -> np.ndarray:
         """The numbers of the pixels, row by row."""
         return np.arange(self.camera.width * self.camera.height)
+
+    def scene_with(self, settings: Settings) -> Scene:
+        """The scene with its lamps looked at, and its meshes shaded, as these settings say."""
+        return with_light_samples(settings.shaded(self.scene), settings.light_samples)
 
     def trace(self, settings: Settings, pixels: np.ndarray | None = None) -> Traced:
         """Trace these pixels, all by default, as `render` does; a program that is not there yet is compiled first."""
@@ -131,16 +135,16 @@ class Tracer:
 
     def _antialiased(self, settings: Settings, pixels: np.ndarray | None) -> Traced:
         """Pixels share their corners, so the whole picture is traced, and some of it costs its part."""
-        scene = with_light_samples(self.scene, settings.light_samples)
+
         program = replace(settings, antialias=1.0, cutoff=float(settings.cutoff > 0) / 2)
         options = {"max_depth": settings.depth, "cutoff": settings.cutoff}
         if program not in self._compiled:
             begun = time.perf_counter()
-            compile_antialias(scene, self.camera, **options)
+            compile_antialias(self.scene_with(settings), self.camera, **options)
             self.seconds_compile += time.perf_counter() - begun
             self._compiled.add(program)
         begun = time.perf_counter()
-        found = antialias(scene, self.camera, settings.antialias, **options)
+        found = antialias(self.scene_with(settings), self.camera, settings.antialias, **options)
         seconds = time.perf_counter() - begun
         picture = found.image.reshape(-1, 3).astype(np.float64)
         if pixels is None:
@@ -159,8 +163,7 @@ class Tracer:
         """The sum over places at each corner (n, 3), the rays other than camera rays, and the seconds; with `beyond`,
         of what is left out.
         """
-        plan, scene = self.compiled(settings, beyond), with_light_samples(self.scene, settings.light_samples)
-        scene = scene.with_cutoff(settings.cutoff)
+        plan, scene = self.compiled(settings, beyond), self.scene_with(settings).with_cutoff(settings.cutoff)
         tables = tables_of(scene, plan)
         how = jnp.asarray(settings.depth, jnp.int32), jnp.asarray(1 / max(settings.footprint, 1), scene.dtype), beyond
 
@@ -195,12 +198,12 @@ class Tracer:
         plan = self.plan(settings)
         if beyond is not None:
             plan = replace(plan, effects=plan.effects.switched(shadows=False, tinted_shadows=False))
-        if (program := (plan, beyond is None, settings.light_samples)) not in self._compiled:
+        if (program := (plan, beyond is None, settings.light_samples, settings.shading)) not in self._compiled:
             begun = time.perf_counter()
             nobody = _dealt(plan, corner := np.zeros(1, self.scene.dtype), corner, 1)[0]
             places = _place_groups(1, self.scene.dtype)[0]
             _pass.lower(
-                tables_of(with_light_samples(self.scene, settings.light_samples), plan),
+                tables_of(self.scene_with(settings), plan),
                 self.camera,
                 plan.program,
                 nobody,
@@ -217,13 +220,10 @@ class Tracer:
         """One plan for points and one for footprints, as deep as settings may be, with a cutoff where anything
         branches.
         """
-        footprint = bool(settings.footprint)
-        kind = footprint, settings.light_samples
+        kind = bool(settings.footprint), settings.light_samples, settings.shading
         if kind not in self._plans:
-            scene = with_light_samples(self.scene, settings.light_samples)
-            plan = make_plan(
-                scene, self._sized, max_depth=DEEPEST, capacity=likely_room(self._sized), footprint=int(footprint)
-            )
+            scene, room = self.scene_with(settings), likely_room(self._sized)
+            plan = make_plan(scene, self._sized, max_depth=DEEPEST, capacity=room, footprint=int(kind[0]))
             branching = plan.effects.reflection or plan.effects.refraction
             self._plans[kind] = replace(plan, effects=plan.effects.switched(cutoff=branching))
         return self._plans[kind]

@@ -3,6 +3,7 @@
 from ._effects import EffectCost, PictureCost
 from ._explain import ExplainedEffect, Explanation, explain
 from ._rays import RayCounts, RayMaps, ray_maps
+from ._search import SearchCounts
 from ._work import Work
 
 __all__ = [
@@ -12,6 +13,7 @@ __all__ = [
     "PictureCost",
     "RayCounts",
     "RayMaps",
+    "SearchCounts",
     "Work",
     "explain",
     "ray_maps",

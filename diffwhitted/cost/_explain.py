@@ -8,6 +8,7 @@ from ..scene import AbstractCamera, Scene, depth_number, find_parameter, near
 from ..tree import decide_effects, make_plan
 from ._effects import EffectCost, PictureCost, picture_cost
 from ._rays import RayCounts, count_rays
+from ._search import SearchCounts
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,10 @@ class Explanation:
     max_depth: int
     effects: tuple[ExplainedEffect, ...]
     rays: RayCounts
+    search: dict[str, SearchCounts]
+    """Boxes and surfaces tested a ray, by the kinds of `rays.by_kind` and "shadow", where surfaces are searched by a
+    tree; empty where every ray asks every surface.
+    """
     cost: PictureCost | None
     """None where nothing was measured."""
 
@@ -64,7 +69,7 @@ def explain(
         find_parameter(scene, name)
     max_depth = depth_number(max_depth)
     scene, camera = near(scene, camera)
-    rays, room = count_rays(scene, camera, free, max_depth)
+    rays, search, room = count_rays(scene, camera, free, max_depth)
     plan = make_plan(scene, camera, free=free, max_depth=max_depth, capacity=room)
     decisions = decide_effects(scene, free, max_depth)
     cost = (
@@ -74,4 +79,4 @@ def explain(
     )
     costs = cost.effects if cost else {}
     effects = tuple(ExplainedEffect(d.name, d.on, d.why, costs.get(d.name)) for d in decisions)
-    return Explanation(camera.width, camera.height, plan.max_depth, effects, rays, cost)
+    return Explanation(camera.width, camera.height, plan.max_depth, effects, rays, search, cost)

@@ -27,6 +27,7 @@ from ..tree import (
     replay,
     tables_of,
 )  # fmt: skip
+from ._search import SearchCounts, count_tests
 
 
 @dataclass(frozen=True)
@@ -82,8 +83,8 @@ def ray_maps(scene: Scene, camera: AbstractCamera, *, max_depth: int | None = No
 
 def count_rays(
     scene: Scene, camera: AbstractCamera, free: Collection[str], max_depth: int | None
-) -> tuple[RayCounts, int]:
-    """The rays, and the room that a plan needs for them."""
+) -> tuple[RayCounts, dict[str, SearchCounts], int]:
+    """The rays, what the search tests for them, and the room that a plan needs for them."""
     depth = scene.max_depth if max_depth is None else max_depth
     shadows = any(d.name == "shadows" and d.on for d in decide_effects(scene, free, depth))
     # One level more than asked for shows what the depth cuts off.
@@ -98,7 +99,8 @@ def count_rays(
         shadow=_shadow_rays(scene, camera, plan, trees, kept) if shadows else 0,
         cut_off={name: count for name, count in _by_kind(kind[level > depth]).items() if name != "camera"},
     )
-    return counts, int((kept & (level > 1)).sum(axis=1).max())
+    tests = count_tests(tables_of(scene, plan), camera, plan.program, trees, kept, scene.shadows if shadows else None)
+    return counts, tests, int((kept & (level > 1)).sum(axis=1).max())
 
 
 def _recorded(

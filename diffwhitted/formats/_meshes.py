@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..scene import Box, Checker, Cone, Cylinder, Disc, Plane, Polygon, Polyhedron, Sphere, SphereSet, Torus
+from ..scene import Box, Checker, Cone, Cylinder, Disc, Patch, Plane, Polygon, Polyhedron, Sphere, SphereSet, Torus
 from ..scene import Mesh as TriangleMesh
 from ._facets import Mesh, box, disc, frustum, polyhedron, torus
-from ._many import mesh, sphere_set
+from ._many import mesh, patch, sphere_set
 from ._numbers import listed, plain
 from ._outlines import frame, triangulated
 from ._rounds import ball
@@ -50,6 +50,7 @@ MESHES: dict[type, Callable[..., Mesh]] = {
     Polyhedron: polyhedron,
     SphereSet: sphere_set,
     TriangleMesh: mesh,
+    Patch: patch,
 }
 """A kind of shape is a function here: of the thing, and of the middle and the size of its scene."""
 

@@ -3,6 +3,7 @@
 from ._asking import Asked, free, search
 from ._boxes import BoxTree, boxes_over, outwards
 from ._compiled import compiled, prepare, searcher
+from ._corners import Corners, corners_at
 from ._edges import beside_small, curvature_at, hidden_parts, near_silhouettes, nearest_part, silhouette_of
 from ._footprint import (
     LEAST_COVERAGE,
@@ -21,12 +22,14 @@ from ._ray import NOTHING, Departure, Ray, Sheets, sheet_at
 from ._search import GRAZING, Shapes, blocked, containing, crossing_counts, nearest, surface_at, towards
 from ._sheets import hidden_by_layers, in_order, layers_crossed, neighbours
 from ._surface import AbstractSurfaces
+from ._tested import Tested, tested_for_blocked, tested_for_counts, tested_for_nearest
 
 __all__ = [
-    "GRAZING", "LEAST_COVERAGE", "NOTHING", "AbstractSurfaces", "Asked", "BoxTree", "Departure", "Edge", "Footprint",
-    "Hit", "Ray", "Shapes", "Sheets", "beside_small", "blocked", "boxes_over", "containing", "compiled", "covered",
-    "crosswise", "crossing_counts", "curvature_at", "edge_of", "free", "hidden_by_layers", "hidden_parts",
-    "in_order", "layers_crossed", "near_silhouettes", "neighbours", "nearest", "nearest_part", "on_surface",
-    "outwards", "part_of", "prepare", "search", "searcher", "sheet_at", "silhouette_of", "steps_on_surface",
-    "surface_at", "towards", "uncovered",
+    "GRAZING", "LEAST_COVERAGE", "NOTHING", "AbstractSurfaces", "Asked", "BoxTree", "Corners", "Departure", "Edge",
+    "Footprint", "Hit", "Ray", "Shapes", "Sheets", "Tested", "beside_small", "blocked", "boxes_over", "compiled",
+    "containing", "corners_at", "covered", "crossing_counts", "crosswise", "curvature_at", "edge_of", "free",
+    "hidden_by_layers", "hidden_parts", "in_order", "layers_crossed", "near_silhouettes", "nearest", "nearest_part",
+    "neighbours", "on_surface", "outwards", "part_of", "prepare", "search", "searcher", "sheet_at", "silhouette_of",
+    "steps_on_surface", "surface_at", "tested_for_blocked", "tested_for_counts", "tested_for_nearest", "towards",
+    "uncovered",
 ]  # fmt: skip

@@ -30,5 +30,7 @@ class Hit(eqx.Module):
     """Along the ray, in metres (zero for a miss)."""
     lifted: Vec3 | None = None
     """From where shadow rays leave; None where no surface interpolates normals: from the point."""
+    start: Vec3 | None = None
+    """From where other rays go on; None where no surface is detached: from the point."""
     uv: tuple[Float[Array, "*n"], Float[Array, "*n"]] | None = None
     """Texture coordinates u and v that the surface brings along; None where no shape of the scene has any."""

@@ -168,22 +168,25 @@ def surface_at(
     """
     zero = jnp.zeros(ray.origin.shape, ray.origin.dtype)
     black = Vec3(zero, zero, zero)
-    found, bent = (zero, black, ray.origin, jnp.zeros(zero.shape, bool)), (black, ray.origin)
+    found, bent = (zero, black, ray.origin, jnp.zeros(zero.shape, bool)), (black, ray.origin, ray.origin)
     smooth, worn = (any(getattr(family, what) for family in shapes.families) for what in ("interpolated", "has_uv"))
     uv = (zero, zero) if worn else None
+    start = ray.origin if any(family.DETACHED for family in shapes.families) else None
     for mine, member in shapes.members(primitive, lambda family: family.carrier()):
         met = member.surface(ray, crossing)
         found = where(mine, met, found)
-        bent = where(mine, member.shading(met[2], met[1]), bent) if smooth else bent
+        bent = where(mine, member.shading(ray, met[2], met[1]), bent) if smooth else bent
+        start = None if start is None else where(mine, bent[1] if member.DETACHED else met[2], start)
         uv = where(mine, member.uv(met[2]), uv) if worn else None
     distance, outward, point, enters = found
     enters = enters if entering is None else entering
     normal = where(enters, outward, -outward)
     if not smooth:
-        return Hit(primitive, shapes.object_at(primitive), crossing, enters, point, normal, normal, distance, None, uv)
+        return Hit(primitive, shapes.object_at(primitive), crossing, enters, point, normal, normal, distance, uv=uv)
     shading = where(primitive >= 0, towards(ray.direction, where(enters, bent[0], -bent[0])), black)
-    lifted = where(enters, bent[1], point)
-    return Hit(primitive, shapes.object_at(primitive), crossing, enters, point, normal, shading, distance, lifted, uv)
+    lifted = where(enters, bent[1], bent[2])
+    object = shapes.object_at(primitive)
+    return Hit(primitive, object, crossing, enters, point, normal, shading, distance, lifted, start, uv)
 
 
 def towards(direction: Vec3, normal: Vec3) -> Vec3:

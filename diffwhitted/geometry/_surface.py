@@ -21,6 +21,9 @@ from ._footprint import Footprint
 from ._ray import Ray
 from ._searches import AbstractSearches
 
+Three = tuple[Vec3, Vec3, Vec3]
+Shares = tuple[Float[Array, "*n"], Float[Array, "*n"], Float[Array, "*n"]]
+
 
 class AbstractSurfaces(AbstractSearches):
     """Surfaces of one kind. A new family states `crossings` and `surface`."""
@@ -31,6 +34,9 @@ class AbstractSurfaces(AbstractSearches):
     """Its silhouette and curvature are stated, so that rays may have a footprint."""
     BOUNDED: ClassVar[bool] = False
     """Each has an end, which `boxes` knows: of many, a ray need not ask all."""
+
+    DETACHED: ClassVar[bool] = False
+    """Its points may lie behind what rays are tested against: all rays go on from where `shading` says."""
 
     KERNEL: ClassVar[str | None] = None
     """The kind of surface by which `_machine` knows it, where there is machine code for its search."""
@@ -50,9 +56,20 @@ class AbstractSurfaces(AbstractSearches):
         zero = jnp.zeros_like(point.x)
         return zero, zero
 
-    def shading(self, point: Vec3, outward: Vec3) -> tuple[Vec3, Vec3]:
-        """The outward unit normal that light sees at a point, and where shadow rays leave from on the outer side."""
-        return outward, point
+    def shading(self, ray: Ray, point: Vec3, outward: Vec3) -> tuple[Vec3, Vec3, Vec3]:
+        """The outward unit normal that light sees at a point where a ray arrived, and where shadow rays leave from on
+        the outer side, and on the inner side.
+        """
+        del ray
+        return outward, point, point
+
+    def corners_of(self, point: Vec3) -> tuple[Three, Three, Shares]:
+        """Of a point where `interpolated`: places of the three corners, outward normals there, and its barycentric
+        coordinates, differentiable. By default it is its own corner.
+        """
+        one, zero = jnp.ones_like(point.x), jnp.zeros_like(point.x)
+        none = Vec3(zero, zero, zero)
+        return (point, point, point), (none, none, none), (one, zero, zero)
 
     @property
     def crossed_at_most(self) -> int:

@@ -35,14 +35,22 @@ class _Lanes(eqx.Module):
 
 
 def walk(
-    boxes: BoxTree, enter: Callable, meet: Callable, content: Callable | None, asked, found, idle: Bool[Array, "n"]
+    boxes: BoxTree,
+    enter: Callable,
+    meet: Callable,
+    content: Callable | None,
+    asked,
+    found,
+    idle: Bool[Array, "n"],
+    tally: Callable | None = None,
 ):
     """What rays find in a tree: `found`, continued over the surfaces whose boxes they meet.
 
     `asked` and `found` are pytrees of arrays over the rays, the questions and the answers so far.
     `enter(asked, found, low, high)` is the distance at which a ray meets a box, infinity where it does not or need not;
     `meet(asked, found, number)` the answer after a surface; `content(found)` whether a ray need not go on; `idle`: rays
-    that ask nothing.
+    that ask nothing; `tally(found, inner, surface)`: the answer after a step that looked into both children of a node,
+    or met a surface, where steps are counted.
     """
     # List the rays that meet the box around all.
     count = idle.shape[0]
@@ -67,7 +75,9 @@ def walk(
         # Meet the surface of a leaf.
         number = boxes.leaf[jnp.where(at_leaf, node - boxes.leaves, 0)]
         ahead = meet(now.asked, now.found, jnp.maximum(number, 0))
-        found = where(live & at_leaf & (number >= 0), ahead, now.found)
+        here = live & at_leaf & (number >= 0)
+        found = where(here, ahead, now.found)
+        found = found if tally is None else tally(found, live & ~at_leaf, here)
         stop = jnp.zeros_like(live) if content is None else content(found)
         # Look into both children of another node.
         left = jnp.where(at_leaf | ~live, 0, 2 * node)

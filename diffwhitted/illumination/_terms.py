@@ -22,11 +22,14 @@ FAINTEST = 1e-4
 
 
 class Terms(eqx.Module):
-    """N.L, whether the light is before the surface, and the highlight's lobe; None for what is not called for."""
+    """N.L, whether the light is before the surface, and the highlight's lobe; None for what is not called for.
 
-    diffuse: Float[Array, "n"] | None
+    Numbers, or colours where the light itself was interpolated and its colour is in them.
+    """
+
+    diffuse: Float[Array, "n"] | Vec3 | None
     lit: Float[Array, "n"] | None
-    lobe: Float[Array, "n"] | None
+    lobe: Float[Array, "n"] | Vec3 | None
 
 
 def light_terms(

@@ -55,6 +55,8 @@ class Row:
     """Not all numbers may be zero."""
     count: tuple[int, int | None] = (1, None)
     """Of lists: the fewest and the most entries."""
+    grid: bool = False
+    """Of vectors: a file may state rows of them, or rows of rows, in place of one after the other."""
     choices: tuple[str, ...] = ()
     pattern: str | None = None
     """Of text: what it must match."""

@@ -18,7 +18,7 @@ from jaxtyping import Array, Bool, Float, Int
 from ..geometry import Shapes, Sheets
 from ..numerics._vector import Vec3, vec3
 from ..records import changed, grouped, is_traced, stacked
-from ..shapes import OBJECTS, AbstractObject
+from ..shapes import OBJECTS, SHADING, AbstractObject
 from ._coefficients import coefficients
 from ._dispersion import departures
 from ._hemisphere import Hemisphere
@@ -75,6 +75,8 @@ class Tables(eqx.Module):
     """Does it let light through as it is? What does not is no medium and reflects nothing totally."""
     glass_of: Int[Array, "surfaces"]
     """The place in `marks.glass` of the material of each surface, -1 for none."""
+    shading: Int[Array, "objects"]
+    """How light is interpolated over each object, the place of its word in `SHADING`; "phong" for most."""
     rank: Int[Array, "objects"]
     """The order of the objects by their size, smallest first: where solids overlap, the first one counts."""
     marks: Marks
@@ -150,6 +152,7 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         transparent=marks.wanted["k_t"] | _some(table["k_t"]),
         clear=_some(table["k_t"], gt),
         glass_of=shapes.by_surface(place_in_glass[material_of]),
+        shading=jnp.asarray([SHADING.index(thing.interpolation or "phong") for thing in objects], jnp.int32),
         rank=_ranked(objects),
         marks=changed(marks, boxes=()),
         departures=_departures(scene, materials),

@@ -7,6 +7,7 @@ from ._cylinder import Cylinder
 from ._disc import Disc
 from ._mesh import Mesh
 from ._object import AbstractObject
+from ._patch import Patch
 from ._plane import Plane
 from ._polygon import Polygon
 from ._polyhedron import Polyhedron
@@ -17,5 +18,5 @@ from ._torus import Torus
 
 OBJECTS: Registry[AbstractObject] = Registry(
     "object", AbstractObject, Sphere, Plane, Polygon, Box, Disc, Cylinder, Cone, Quadric, Torus, Polyhedron, SphereSet,
-    Mesh,
+    Mesh, Patch,
 )  # fmt: skip

@@ -23,11 +23,9 @@ from ._facets import (
     signed_volume,
 )  # fmt: skip
 from ._mesh_file import read_mesh
-from ._object import AbstractObject, joined, same_numbers
+from ._object import SHADING, AbstractObject, joined, same_numbers
 from ._pose import by_rows
 from ._triangles import Triangles
-
-SHADING = ("flat", "phong")
 
 
 class Mesh(AbstractObject):
@@ -50,8 +48,10 @@ class Mesh(AbstractObject):
         Row("uvs", "pairs", "Texture coordinates, one pair a vertex.", default=None, parts=("u", "v"),
             scale="unbounded", moves="patterns"),
         Row("shading", "choice", "flat: the normal of the face; phong: the normals of the vertices, those stated or "
-            "the means of the faces around them, interpolated. Default: phong where normals are stated.", default=None,
-            choices=SHADING, source="Hearn and Baker (14-37), (14-42)"),
+            "the means of the faces around them, interpolated; fast_phong: the same normal by its Taylor series about "
+            "the middle of the triangle; gouraud: the light of lamps at the vertices, interpolated. Default: phong "
+            "where normals are stated, else flat.", default=None, choices=SHADING,
+            source="Hearn and Baker (14-37) to (14-45)"),
     )  # fmt: skip
     FAMILY: ClassVar[type[AbstractSurfaces]] = Triangles
 
@@ -123,6 +123,13 @@ class Mesh(AbstractObject):
     @property
     def has_uv(self) -> bool:
         return self.uvs is not None
+
+    @property
+    def interpolation(self) -> str:
+        return self.shading
+
+    def shaded(self, shading: str) -> "Mesh":
+        return self if self.shading == "flat" else changed(self, shading=shading)
 
     @property
     def inside_out(self) -> bool:

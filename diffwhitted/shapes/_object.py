@@ -15,6 +15,9 @@ from ..numerics._vector import Vec3
 from ..records import Row, changed, in_dtype, is_traced, moved, stacked
 from ._pose import NAMES, POSE, affine, by_rows, has_pose, stated_pose
 
+SHADING = ("flat", "gouraud", "fast_phong", "phong")
+"""How light is interpolated over triangles: not at all, the light itself, or the normal, by a series or as it is."""
+
 
 class AbstractObject(eqx.Module):
     """What is there.
@@ -39,6 +42,9 @@ class AbstractObject(eqx.Module):
     """It is its own bounding sphere."""
     FLAT: ClassVar[bool] = False
     """It lies in one plane, and so never stands between its own points and a light."""
+
+    CLEAR: ClassVar[bool] = True
+    """It may let light through."""
 
     name: eqx.AbstractVar[str]
     material: eqx.AbstractVar[str]
@@ -110,6 +116,16 @@ class AbstractObject(eqx.Module):
     def has_uv(self) -> bool:
         """Have its points texture coordinates of their own?"""
         return False
+
+    @property
+    def interpolation(self) -> str | None:
+        """How light is interpolated over its surfaces, a word of `SHADING`; None where these have no corners."""
+        return None
+
+    def shaded(self, shading: str) -> "AbstractObject":
+        """The same with another `interpolation`, where it has one and is not flat."""
+        del shading
+        return self
 
     def written_type(self) -> str:
         """What a file calls this very record."""

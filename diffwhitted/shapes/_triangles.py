@@ -90,22 +90,27 @@ class Triangles(AbstractSurfaces):
         whole = parts[0] + parts[1] + parts[2]
         return tuple(safe_divide(part, whole) for part in parts)
 
-    def shading(self, point: Vec3, outward: Vec3) -> tuple[Vec3, Vec3]:
+    def shading(self, ray: Ray, point: Vec3, outward: Vec3) -> tuple[Vec3, Vec3, Vec3]:
         """The outward normal that light sees, between those of the corners (Phong; Hearn and Baker 14-42), and a point
         above the triangle from which shadow rays leave.
 
         That point lies on the smooth surface that the normals suggest, so that no triangle stands in its own light
         (Hanika 2021, "Hacking the Shadow Terminator"): between the feet of the point on the planes of the corners.
         """
+        del ray
         if self.normals is None:
-            return outward, point
+            return outward, point, point
         shares = self.shares(point)
         normal, lifted = outward * 0, outward * 0
         for share, corner, one in zip(shares, self.corners, self.normals, strict=True):
             normal = normal + one * share
             below = jnp.minimum(dot(point - corner, one), 0)
             lifted = lifted + (point - one * below) * share
-        return normalise(normal), lifted
+        return normalise(normal), lifted, point
+
+    def corners_of(self, point: Vec3):
+        assert self.normals is not None
+        return self.corners, self.normals, self.shares(point)
 
     def uv(self, point: Vec3) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
         """Texture coordinates of a point, between those of the corners, differentiable."""

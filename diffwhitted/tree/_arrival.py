@@ -72,6 +72,8 @@ class Arrival(eqx.Module):
     """None where rays have no footprint."""
     lifted: Vec3 | None = None
     """Where shadow rays leave; None where no surface interpolates normals: from the point."""
+    start: Vec3 | None = None
+    """Where other rays leave; None where no surface is detached: from the point."""
     uv: tuple[Float[Array, "n"], Float[Array, "n"]] | None = None
     """Texture coordinates that the object brings along; None where no shape of the scene has any."""
 
@@ -90,5 +92,6 @@ def arrival(hit: Hit, direction: Vec3, outside, inside, beam: Beam | None) -> Ar
         inside,
         beam,
         hit.lifted,
+        hit.start,
         hit.uv,
     )

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .._errors import SceneError
 from ..scene import Scene, Sheet, is_traced, shared_sheets
 from ..shapes import AbstractObject
 
@@ -31,6 +32,18 @@ class Asked:
     def users(self, coefficient: str) -> list[AbstractObject]:
         """The objects for which a coefficient is at work."""
         return [thing for thing in self.scene.objects if self.reasons.get((thing.material, coefficient))]
+
+    def check_clear(self) -> None:
+        """Raise `SceneError` for an object that lets light through and is of a kind that cannot; what is traced may
+        be 0.
+        """
+        for thing in () if all(thing.CLEAR for thing in self.scene.objects) else self.users("k_t"):
+            if not (thing.CLEAR or is_traced(self.scene.materials[thing.material].values["k_t"])):
+                reason = self.reasons[thing.material, "k_t"]
+                raise SceneError(
+                    f"object {thing.name!r}: {reason}, and a {thing.TYPE} lets no light through; allowed is k_t = 0. "
+                    "For glass, use a closed mesh"
+                )
 
     @cached_property
     def reasons(self) -> Mapping[tuple[str, str], str]:

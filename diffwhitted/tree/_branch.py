@@ -54,7 +54,7 @@ def child(
         direction = bent if direction is None else where(branch == TRANSMITTED, bent, direction)
     if at.lifted is not None or plan.effects.gloss:
         direction = on_its_side(direction, at.normal, branch == TRANSMITTED)
-    return Ray(at.point, direction), None, factor
+    return Ray(at.point if at.start is None else at.start, direction), None, factor
 
 
 def on_its_side(direction: Vec3, normal: Vec3, through: Bool[Array, "n"]) -> Vec3:

@@ -41,6 +41,7 @@ from ._reasons import (
     faded,
     flat,
     gradient,
+    interpolated,
     no_ambient,
     no_light_around,
     no_shadows,
@@ -115,6 +116,16 @@ def _metal_highlight(scene: Scene, name: str, most: dict[str, np.ndarray]) -> di
     return most | {"k_h": np.maximum(most["k_h"], 1)} if scene.materials[name].fresnel_model == "metal" else most
 
 
+def _by_phong(shading: str) -> Callable[[Scene], Scene]:
+    """The scene with interpolated normals in place of such shading."""
+
+    def without(scene: Scene) -> Scene:
+        things = (thing.shaded("phong") if thing.interpolation == shading else thing for thing in scene.objects)
+        return changed(scene, objects=tuple(things))
+
+    return without
+
+
 EFFECTS: tuple[Effect, ...] = (
     Effect("ambient", with_coefficient("k_a"), "no object has k_a > 0", forbidden=no_ambient),
     Effect("hemisphere", hemispherical, "ambient light is alike from all sides", (("ambient",), "no ambient light"),
@@ -150,6 +161,8 @@ EFFECTS: tuple[Effect, ...] = (
     Effect("absorption", absorbing, "no transparent object has extinction > 0", BENT),
     Effect("nested_media", second_glass, "fewer than two transparent solids", BENT),
     Effect("shared_surfaces", touching, "no transparent object shares a surface with another", BENT),
+    Effect("gouraud", interpolated("gouraud"), "no object is shaded so", LIT, without=_by_phong("gouraud")),
+    Effect("fast_phong", interpolated("fast_phong"), "no object is shaded so", LIT, without=_by_phong("fast_phong")),
     Effect("textures", textured, "no coefficient in use has a texture"),
     Effect("attenuation", faded, "no point light has an attenuation", LIT,
            without=lambda s: changed(s, lights=tuple(light.without_fading() for light in s.lights))),
@@ -247,6 +260,7 @@ def decide_effects(
     """
     depth = scene.max_depth if max_depth is None else max_depth
     asked = Asked(scene, frozenset(free), depth, scene.footprint if footprint is None else footprint)
+    asked.check_clear()
     decided: list[Decision] = []
     on: set[str] = set()
     for row in effect_rows():

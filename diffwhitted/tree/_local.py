@@ -5,6 +5,7 @@ has no factor N.L. Only the terms that the plan's effects name are computed.
 """
 
 from dataclasses import replace
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -17,6 +18,7 @@ from ..scene import AbstractLight, Hemisphere, Tables
 from ._arrival import Arrival
 from ._arriving_light import arriving_part
 from ._effects import effect_rows
+from ._interpolation import Interpolation, interpolation
 from ._made_of import made_of
 from ._plan import Plan
 from ._record import Nodes
@@ -63,28 +65,42 @@ def _of_lights(
     """The radiance and what the points send back of each light; a loop takes the lights of one structure one after the
     other.
     """
+    # Look for what interpolates light over triangles.
+    smooth = plan.effects.gouraud or plan.effects.fast_phong
+    between = interpolation(tables, plan, at) if smooth else None
+    point = point if between is None else between.seen_by_lights(point)
     for number, lights in enumerate(tables.lights):
         seen = nodes.seen[number] if plan.effects.shadows else None
         if member_count(lights) == 1:
             light, of_it = member(lights, 0), jax.tree.map(lambda a: a[0], seen)
-            radiance = radiance + _sent_back(tables, plan, at, light, of_it, point, needed)
+            radiance = radiance + _sent_back(tables, plan, at, light, of_it, point, between, needed)
         else:
 
             def add(radiance, one):
-                return radiance + _sent_back(tables, plan, at, *one, point, needed), None
+                return radiance + _sent_back(tables, plan, at, *one, point, between, needed), None
 
             radiance = jax.lax.scan(add, radiance, (lights, seen))[0]
     return radiance
 
 
 def _sent_back(
-    tables: Tables, plan: Plan, at: Arrival, light: AbstractLight, seen: Seen | None, point: SurfacePoint, needed
+    tables: Tables,
+    plan: Plan,
+    at: Arrival,
+    light: AbstractLight,
+    seen: Seen | None,
+    point: SurfacePoint,
+    between: Interpolation | None,
+    needed,
 ) -> Vec3:
     """What the points send back of one light."""
     effects, models = plan.effects, plan.highlight_models
     model = point.models["highlight"] if effects.highlight and len(models) > 1 else None
     to_light, _, colour = stage(needed, light.arriving, point.position)
-    terms = light_terms(models if effects.highlight else None, effects.diffuse, model, light, point, to_light, needed)
+    ask = partial(light_terms, models if effects.highlight else None, effects.diffuse, model, light)
+    terms = ask(point, to_light, needed)
+    if between is not None:
+        terms, colour = between.interpolated(ask, light, terms, colour, point, to_light, needed)
     for row in effect_rows():
         if row.at_lights is not None and row.name in effects:
             point = replace(point, coefficients=point.coefficients | row.at_lights(point, to_light))

@@ -103,6 +103,14 @@ def textured(asked: Asked) -> str | None:
     return None
 
 
+def interpolated(shading: str) -> Reason:
+    def reason(asked: Asked) -> str | None:
+        named = [thing.name for thing in asked.scene.objects if thing.interpolation == shading]
+        return f'object {named[0]!r}: shading = "{shading}"' if named else None
+
+    return reason
+
+
 def faded(asked: Asked) -> str | None:
     for number, light in enumerate(asked.scene.lights, 1):
         if light.fades:

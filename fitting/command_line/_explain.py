@@ -152,7 +152,8 @@ def print_explanation(explanation: Explanation, title: str) -> None:
     )
     cost = explanation.cost
     costs = (_cost_table(explanation, cost), _about_cost(cost)) if cost is not None else ()
-    for part in (_effect_table(explanation), *costs, _ray_table(explanation.rays), " ".join(sentences)):
+    tests = (_search_table(explanation), _ABOUT_TESTS) if explanation.search else ()
+    for part in (_effect_table(explanation), *costs, _ray_table(explanation.rays), " ".join(sentences), *tests):
         console.print()
         console.print(part)
 
@@ -212,12 +213,27 @@ def _ray_table(rays: RayCounts) -> Table:
     return table
 
 
+def _search_table(explanation: Explanation) -> Table:
+    """What a ray of each kind tests."""
+    table = plain_table("tests of a ray", "boxes", "surfaces")
+    for column in table.columns[1:]:
+        column.justify = "right"
+    for kind, tests in explanation.search.items():
+        table.add_row(_KINDS[kind], f"{tests.boxes:.1f}", f"{tests.surfaces:.1f}")
+    return table
+
+
+_ABOUT_TESTS = (
+    "Means: boxes of the tree, and surfaces in those that a ray comes to; kinds of surfaces without a tree are asked "
+    "one by one and count all. Of large pictures some rays of each kind were counted."
+)
 _KINDS = {
     "camera": "camera",
     "mirror": "mirror (k_s)",
     "transmitted": "transmitted (k_t)",
     "total": "total reflection",
     "past": "past a silhouette",
+    "shadow": "to a light",
 }
 
 

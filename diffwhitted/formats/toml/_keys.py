@@ -3,7 +3,7 @@
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Discriminator, Field, Tag
+from pydantic import BeforeValidator, ConfigDict, Discriminator, Field, Tag
 
 from ...records import REQUIRED, Row
 
@@ -82,7 +82,8 @@ def _type(row: Row):
         case "count":
             return Annotated[int, Field(json_schema_extra={name: int(end) for name, end in _limits(row).items()})]
         case "vectors" | "colours":
-            return listed(listed(one, 3, 3), *row.count)
+            vectors = listed(listed(one, 3, 3), *row.count)
+            return Annotated[vectors, BeforeValidator(_one_after_the_other)] if row.grid else vectors
         case "pairs":
             return listed(listed(one, 2, 2), *row.count)
         case "list":
@@ -95,6 +96,15 @@ def _type(row: Row):
         case "choice":
             return Literal[row.choices]
     return str
+
+
+def _one_after_the_other(value):
+    """Rows of vectors, however deep, as one list of vectors."""
+    while isinstance(value, list) and all(
+        isinstance(row, list) and row and all(isinstance(one, list) for one in row) for row in value
+    ):
+        value = [one for row in value for one in row]
+    return value
 
 
 def _limits(row: Row) -> dict[str, float]:
