@@ -256,7 +256,7 @@ def everything():
 
 OF_OTHERS = (
     "environment", "environment_highlight", "polished", "fresnel_highlight", "fresnel_exact", "fresnel_schlick",
-    "fresnel_metal", "absorption", "dispersion",
+    "fresnel_metal", "absorption", "dispersion", "gloss",
 )  # fmt: skip
 """What scenes of other backgrounds and classes of materials call for."""
 

@@ -72,7 +72,7 @@ FAULTS = {
     "MTL d": ("k_t =", "d =", "MTL's d is the opacity; here k_t = 1 - d"),
     "MTL illum": ("k_a = 0.012", "illum = 2", "each is there where its coefficient is not zero. Allowed are"),
     "Mitsuba": ("refractive_index =", "int_ior =", "Mitsuba's int_ior is refractive_index here."),
-    "Blender": ("phong_exponent =", "roughness =", "about phong_exponent = 2 / r^4 - 2 here"),
+    "Blender": ("k_s =", "metallic =", 'Blender\'s metallic is class = "metal" here'),
     "POV-Ray": ("phong_exponent =", "phong_size =", "POV-Ray's phong_size is phong_exponent here."),
     "kd": ("k_d =", "kd =", 'material "glass"', "unknown key kd", 'Did you mean "k_d"?'),
     "key of another shape": (
@@ -259,9 +259,9 @@ FAULTS = {
     "huge hexadecimal": ("radius = 1", "radius = 0x1" + 6000 * "0", 'object "ball"', "24001 bits", "a number > 0"),
     "unreadable integer": ("radius = 1", "radius = 1" + 6000 * "0", "broken TOML", "thousands of digits", "allowed is"),
     "deep brackets": ("radius = 1", "radius = " + 99999 * "[", "brackets", "too deeply", "allowed is"),
-    "broken value": ("radius = 1", "radius = = 1", "line 53, column 10", '"radius = = 1"', "broken TOML"),
-    "open bracket": ("[[texture]]", "[[texture", "line 30, column 10", '"[[texture"', "broken TOML"),
-    "key twice": ("radius = 1", "radius = 1\nradius = 2", "line 54", '"radius = 2"', "overwrite"),
+    "broken value": ("radius = 1", "radius = = 1", "line 59, column 10", '"radius = = 1"', "broken TOML"),
+    "open bracket": ("[[texture]]", "[[texture", "line 32, column 10", '"[[texture"', "broken TOML"),
+    "key twice": ("radius = 1", "radius = 1\nradius = 2", "line 60", '"radius = 2"', "overwrite"),
     "open text": ('"glass"\n\n[[object]]\nname = "floor"', '"""glass', "broken TOML", "Unterminated", "not closed"),
 }
 

@@ -71,11 +71,7 @@ MATERIALS = {
     "specular_reflectance": ("k_s", "Mitsuba's specular_reflectance is k_s here of a mirror, k_h of a highlight"),
     "specular_transmittance": ("k_t", "Mitsuba's specular_transmittance is k_t here"),
     "alpha": ("phong_exponent", "a roughness alpha of Mitsuba is about phong_exponent = 2 / alpha^2 - 2 here"),
-    "roughness": (
-        "phong_exponent",
-        "a roughness r of Blender is about phong_exponent = 2 / r^4 - 2 here, of POV-Ray 1 / r",
-    ),
-    "metallic": ("k_s", "Blender's metallic is a mirror, k_s here, in the colour of the metal"),
+    "metallic": ("k_s", 'Blender\'s metallic is class = "metal" here, with k_s the colour of the metal'),
     "base_color": ("k_d", "Blender's base colour is k_d here"),
     "ambient": ("k_a", "POV-Ray's ambient is k_a here"),
     "phong": ("k_h", "POV-Ray's phong is k_h here"),
