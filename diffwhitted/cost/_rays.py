@@ -19,7 +19,6 @@ from ..tree import (
     Plan,
     Record,
     decide_effects,
-    first_of,
     grid,
     likely_room,
     make_plan,
@@ -148,7 +147,7 @@ def _lit_points(tables: Tables, camera: AbstractCamera, trees: Record, plan: Pla
 
     def one_pass(inputs):
         number, tree = inputs
-        middle = first_of(jnp.full(2, 0.5, camera.look_from.dtype))
+        middle = jnp.full(2, 0.5, camera.look_from.dtype)
         return replay(tables, camera, tree, plan, grid(plan, camera, number, middle), lamps).x
 
     return jax.lax.map(one_pass, (jnp.arange(plan.passes, dtype=jnp.int32), trees))

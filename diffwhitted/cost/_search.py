@@ -11,7 +11,7 @@ from jaxtyping import Array, Bool, Int
 from ..geometry import Tested, tested_for_blocked, tested_for_counts, tested_for_nearest
 from ..numerics._stage import LANES
 from ..scene import AbstractCamera, Tables
-from ..tree import BRANCH_NAMES, Plan, Record, arrivals, blocking, first_of, grid, sought
+from ..tree import BRANCH_NAMES, Plan, Record, arrivals, blocking, grid, sought
 
 MOST = 2**13
 """Rays of a kind that are counted, spread over all of them."""
@@ -89,4 +89,4 @@ def _tests(
 
 
 def _samples(camera: AbstractCamera, plan: Plan):
-    return grid(plan, camera, jnp.int32(0), first_of(jnp.full(2, 0.5, camera.look_from.dtype)))
+    return grid(plan, camera, jnp.int32(0), jnp.full(2, 0.5, camera.look_from.dtype))

@@ -10,7 +10,7 @@ from ..image import gathered
 from ..numerics._kept import kept
 from ..numerics._workers import side_by_side
 from ..scene import AbstractCamera, Scene, Tables
-from ..tree import Beyond, Plan, Record, drawn, film_of, first_of, grid, record, replay, sample_places, tables_of, trace
+from ..tree import Beyond, Plan, Record, drawn, film_of, grid, record, replay, sample_places, tables_of, trace
 from ._black import note_if_black
 
 
@@ -110,7 +110,7 @@ def record_passes(scene: Scene, camera: AbstractCamera, plan: Plan, place=None) 
 @kept
 def _record_passes(tables: Tables, camera: AbstractCamera, plan: Plan, place) -> Record:
     return jax.lax.map(
-        lambda number: record(tables, camera, plan, grid(plan, camera, number, first_of(place))), _pass_numbers(plan)
+        lambda number: record(tables, camera, plan, grid(plan, camera, number, place)), _pass_numbers(plan)
     )
 
 
@@ -136,7 +136,7 @@ def replay_passes(
 def _replay_passes(tables: Tables, camera: AbstractCamera, trees: Record, plan: Plan, place):
     def one_pass(inputs):
         number, tree = inputs
-        return replay(tables, camera, tree, plan, grid(plan, camera, number, first_of(place))).stacked(axis=0)
+        return replay(tables, camera, tree, plan, grid(plan, camera, number, place)).stacked(axis=0)
 
     film = jax.lax.map(one_pass, (_pass_numbers(plan), trees))
     return gathered(film, camera.height, camera.width)

@@ -24,14 +24,14 @@ from ._plan import Plan, likely_room, make_plan, tables_of, unmeasured_plan
 from ._points import points_only, trees_or_points
 from ._record import Nodes, Record, record
 from ._replay import averaged, replay, trace, trace_beside_small, trace_left_out
-from ._samples import Draw, Samples, drawn, first_of, grid, pixel_of, sample_places
+from ._samples import Draw, Samples, drawn, grid, pixel_of, sample_places
 from ._sought import arrivals, blocking, sought
 from ._truncation import Beyond
 
 __all__ = [
     "BRANCH_NAMES", "EFFECT_NAMES", "Beyond", "Decision", "Draw", "Effect", "Effects", "Nodes", "Passed", "Plan",
     "Record", "Samples", "arrivals", "averaged", "blocking", "calls_for", "decide_effects", "drawn", "effect_rows",
-    "film_of", "first_of", "grid", "idle", "including_effect", "likely_room", "make_plan", "pixel_of", "points_only",
+    "film_of", "grid", "idle", "including_effect", "likely_room", "make_plan", "pixel_of", "points_only",
     "record", "replay", "sample_places", "sought", "tables_of", "trace", "trace_beside_small", "trace_left_out",
     "trees_or_points", "unmeasured_plan",
 ]  # fmt: skip

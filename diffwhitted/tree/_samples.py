@@ -54,11 +54,18 @@ class Window(eqx.Module):
         return jnp.where(number < plan.pass_pixels, number, 0)
 
 
-def grid(plan: Plan, camera: AbstractCamera, number: Int[Array, ""], draw: Draw, side=None) -> Samples:
-    """The regular samples of pass `number`: one a pixel.
+def grid(
+    plan: Plan,
+    camera: AbstractCamera,
+    number: Int[Array, ""],
+    draw: Draw | Float[Array, "*one 2"] | Float[np.ndarray, "2"],
+    side=None,
+) -> Samples:
+    """The regular samples of pass `number`: one a pixel; of a place alone the first one there.
 
     `side` of the square that each stands for, in pixels; without it, that of the plan's footprint.
     """
+    draw = draw if isinstance(draw, Draw) else Draw(draw, jnp.int32(0))
     pixel = pixel_of(plan, number, jnp.arange(plan.pass_pixels, dtype=jnp.int32))
     last = camera.width * camera.height - 1
     column, row = camera.place(jnp.minimum(pixel, last), draw.place)
@@ -89,11 +96,6 @@ def drawn(plan: Plan, places: Float[Array, "places 2"]) -> Draw:
         jnp.tile(jnp.repeat(places, plan.bands, axis=0), (times, 1)),
         jnp.arange(times * len(places) * plan.bands, dtype=jnp.int32),
     )
-
-
-def first_of(place: Float[Array, "2"]) -> Draw:
-    """The first sample at a place."""
-    return Draw(place, jnp.int32(0))
 
 
 def sample_places(side: int, dtype) -> Float[Array, "samples 2"]:

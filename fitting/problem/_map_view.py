@@ -16,7 +16,7 @@ from diffwhitted.image import dealt, gathered
 from diffwhitted.numerics._workers import side_by_side
 from diffwhitted.records import changed
 from diffwhitted.scene import AbstractCamera, Marks, Scene, Shot, from_middle, marks_of, near, tabulate
-from diffwhitted.tree import Plan, Record, Samples, first_of, grid, likely_room, make_plan, record, replay
+from diffwhitted.tree import Plan, Record, Samples, grid, likely_room, make_plan, record, replay
 
 from ._target import CheckedTarget
 
@@ -68,7 +68,7 @@ class MapView:
         self.target = np.asarray(target.image, np.float64)
         self.name = target.name
         marks = marks_of(bare, plan.at_work)
-        middle = first_of(jnp.full(2, 0.5, bare.dtype))
+        middle = jnp.full(2, 0.5, bare.dtype)
         plain = changed(shot, name="", camera=None, picture=None, mask=None, encoding=None, noise=None, filter=None,
                         lights=None)  # fmt: skip
         cast = jax.tree.map(lambda a: jnp.asarray(a, bare.dtype), plain)
