@@ -98,6 +98,8 @@ class Effect:
     """The same for one light, by the direction to it."""
     most: Callable[[Scene, str, dict[str, np.ndarray]], dict[str, np.ndarray]] = lambda scene, name, most: most
     """What it makes, at most, of the coefficients of a material, (3,) each."""
+    models: tuple[str, ...] = ()
+    """The choices of materials that it reads (see `Tables.models`)."""
     indices: bool = False
     """It looks at the refractive indices on both sides."""
 
@@ -138,9 +140,10 @@ EFFECTS: tuple[Effect, ...] = (
            adds=sent_back_in_highlight, brightest=brightest_of("k_h")),
     Effect("polished", coated, "no object is polished",
            (("ambient", "diffuse", "environment"), "no light is looked at"),
-           at_points=polished, at_lights=polished_towards, indices=True, most=_polished_most),
+           at_points=polished, at_lights=polished_towards, models=("polished",), indices=True, most=_polished_most),
     Effect("fresnel_highlight", weighed_highlight, "no material has fresnel_highlight",
-           (("highlight",), "no highlight is looked at"), at_lights=fresnel_highlight, indices=True,
+           (("highlight",), "no highlight is looked at"), at_lights=fresnel_highlight,
+           models=("fresnel", "fresnel_highlight", "highlight"), indices=True,
            most=_metal_highlight),
     Effect("shadows", caster, "no object can stand between a point and a light", LIT, no_shadows),
     Effect("tinted_shadows", with_coefficient("k_t"), "no object has k_t > 0", (("shadows",), "no shadow ray is cast"),
@@ -151,11 +154,11 @@ EFFECTS: tuple[Effect, ...] = (
     Effect("refraction", with_coefficient("k_t"), "no object has k_t > 0", forbidden=flat),
     Effect("total_internal_reflection", denser, "every transparent object has index 1", BENT),
     Effect("fresnel_exact", with_fresnel("exact"), 'no material has fresnel = "exact"', SPLIT, indices=True,
-           weighs=dielectric("exact"), extremes=("exact", dielectric_extremes)),
+           models=("fresnel",), weighs=dielectric("exact"), extremes=("exact", dielectric_extremes)),
     Effect("fresnel_schlick", with_fresnel("schlick"), 'no material has fresnel = "schlick"', SPLIT, indices=True,
-           weighs=dielectric("schlick"), extremes=("schlick", dielectric_extremes)),
+           models=("fresnel",), weighs=dielectric("schlick"), extremes=("schlick", dielectric_extremes)),
     Effect("fresnel_metal", with_fresnel("metal"), 'no metal has fresnel = "schlick"', SPLIT,
-           weighs=metal, extremes=("metal", metal_extremes)),
+           models=("fresnel",), weighs=metal, extremes=("metal", metal_extremes)),
     Effect("dispersion", dispersing, "no index hangs on the wavelength", SPLIT, one_band),
     Effect("gloss", rough, "no surface that sends rays on is rough", SPLIT),
     Effect("absorption", absorbing, "no transparent object has extinction > 0", BENT),
@@ -235,6 +238,11 @@ class Effects:
     def indices(self) -> bool:
         """Are the refractive indices on both sides of a surface looked at?"""
         return self.refraction or any(row.indices for row in effect_rows() if row.name in self.on)
+
+    def choices(self, highlights: Collection[str]) -> list[str]:
+        """What a point has to know of the choices of its material (see `Tables.models`), with these highlights."""
+        read = {name for row in effect_rows() if row.name in self.on for name in row.models}
+        return sorted(read | ({"highlight"} if self.highlight and len(highlights) > 1 else set()))
 
     @property
     def lighting(self) -> bool:

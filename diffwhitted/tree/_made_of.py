@@ -38,6 +38,7 @@ def made_of(tables: Tables, plan: Plan, at: Arrival, needed, names: Sequence[str
             pattern = _pattern(tables, lookup(tables.texture_of[group[0]], material), at, needed)
             for name in worn:
                 coefficients[name] = coefficients[name] * pattern
+    chosen = plan.effects.choices(plan.highlight_models)
     here, beyond = indices(tables, at) if plan.effects.indices else (None, None)
     return SurfacePoint(
         there=at.object >= 0,
@@ -48,7 +49,7 @@ def made_of(tables: Tables, plan: Plan, at: Arrival, needed, names: Sequence[str
         distance=at.distance,
         entering=at.entering,
         material=material,
-        models={name: lookup(column, material) for name, column in tables.models.items()},
+        models={name: lookup(tables.models[name], material) for name in chosen},
         coefficients=coefficients,
         index_here=here,
         index_beyond=beyond,
