@@ -86,6 +86,14 @@ def test_what_is_no_dispersion_is_named(stated, message):
         dw.Material(k_t=1, dispersion=stated)
 
 
+def test_a_wrong_key_of_the_table_is_named():
+    text = '[[material]]\nname = "glass"\nk_t = 1\ndispersion = { abe = 60 }\n'
+    with pytest.raises(dw.SceneError, match='unknown key dispersion.abe = 60. Did you mean "abbe"'):
+        dw.parse_scene(text)
+    with pytest.raises(dw.SceneError, match=r"dispersion = 60; allowed is text in quotes or \{ abbe = a number > 0"):
+        dw.parse_scene(text.replace("{ abe = 60 }", "60"))
+
+
 def test_two_statements_of_one_number_are_refused():
     with pytest.raises(dw.SceneError, match="refractive_index is stated, and dispersion gives it too"):
         dw.Material(k_t=1, refractive_index=1.5, dispersion={"cauchy": [1.5, 0.004]})

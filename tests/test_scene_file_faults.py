@@ -424,7 +424,7 @@ def limited_keys():
     past = {"minimum": -1, "maximum": 1, "exclusiveMinimum": 0, "exclusiveMaximum": 0}
     models = scene_schema()["$defs"]
     models.pop("RectangleEntry")  # Its samples are tested with the lamps.
-    for inline in ("NoiseEntry", "EnvironmentEntry"):  # tested with the shots, and with environments
+    for inline in ("NoiseEntry", "EnvironmentEntry", "DispersionTable"):  # tested with shots, environments, dispersion
         models.pop(inline)
     for name, model in models.items():
         for key, field in model["properties"].items():

@@ -47,14 +47,14 @@ class GradientTable(Entry):
 class DispersionTable(Entry):
     """How a refractive index changes with the wavelength; one of these keys."""
 
-    abbe: number(exclusiveMinimum=0) | None = Field(None, description="Abbe number V of a two-term Cauchy.")
-    cauchy: listed(float, 2, 2) | None = Field(None, description="A and B of A + B / λ², λ in micrometres.")
-    sellmeier: listed(listed(float, 1), 2, 2) | None = Field(None, description="B and C of Sellmeier's formula.")
+    abbe: number() = optional("Abbe number V of a two-term Cauchy.", exclusiveMinimum=0)
+    cauchy: listed(float, 2, 2) = optional("A and B of A + B / λ², λ in micrometres.")
+    sellmeier: listed(listed(float, 1), 2, 2) = optional("B and C of Sellmeier's formula.")
 
 
 def _dispersion():
-    kinds = Annotated[str, Tag("name")] | Annotated[DispersionTable, Tag("dispersion table")]
-    return Annotated[kinds, Discriminator(lambda value: "name" if isinstance(value, str) else "dispersion table")]
+    kinds = Annotated[str, Tag("name")] | Annotated[DispersionTable, Tag("abbe")]
+    return Annotated[kinds, Discriminator(lambda value: "name" if isinstance(value, str) else "abbe")]
 
 
 def _one_of(entries: dict[str, type[Entry]]):
