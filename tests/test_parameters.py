@@ -76,8 +76,9 @@ def moved(unknown, value):
 
 def test_the_scene_has_one_of_each_kind():
     scene = one_of_each()
-    for registry, things in ((LIGHTS, scene.lights), (TEXTURES, scene.textures.values())):
-        assert {type(thing) for thing in things} == set(registry)
+    assert {type(thing) for thing in scene.textures.values()} == set(TEXTURES)
+    # Of the lamps with a cone or a size, `test_lights` and `test_soft_shadows` ask the same.
+    assert {type(light) for light in scene.lights} == {dw.PointLight, dw.DirectionalLight} < set(LIGHTS)
     # Of the other shapes, which know points only but for the disc, `test_shape_records` asks the same.
     assert {type(thing) for thing in scene.objects} == {dw.Sphere, dw.Polygon, dw.Plane} < set(OBJECTS)
     assert type(scene.background) in set(BACKGROUNDS)
