@@ -77,7 +77,7 @@ def _descend(loc: tuple, document: dict, schema: dict):
     for part in loc:
         if "oneOf" in node:
             tables = [kind for kind in (_resolved(kind, schema) for kind in node["oneOf"]) if kind["type"] == "object"]
-            tables = [kind for kind in tables if _is_called(kind, part)]
+            tables = tables if len(tables) == 1 else [kind for kind in tables if _is_called(kind, part)]
             if not (tables and isinstance(value, dict)):
                 break
             node = tables[0]
