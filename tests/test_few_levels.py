@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from command_line_samples import SCENE
 
 import diffwhitted as dw
 from diffwhitted import InputError, display
@@ -174,30 +175,6 @@ def test_a_palette_has_as_few_bits_as_it_needs(tmp_path):
         display.write_palette(tmp_path / "a.png", np.full((2, 2), 0.3), 2)
     with pytest.raises(ImageError, match="a palette is for .png"):
         display.write_palette(tmp_path / "a.exr", np.zeros((2, 2)), 2)
-
-
-SCENE = """
-[[camera]]
-name = "main"
-look_from = [0, 0, 5]
-look_at = [0, 0, 0]
-vfov_deg = 40
-width = 16
-height = 12
-[[light]]
-type = "point"
-position = [3, 5, 4]
-colour = [0.9, 0.9, 0.9]
-[[material]]
-name = "paint"
-k_d = [0.8, 0.5, 0.2]
-[[object]]
-name = "ball"
-type = "sphere"
-centre = [0, 0, 0]
-radius = 1
-material = "paint"
-"""
 
 
 def test_render_on_few_levels(tmp_path, capsys):

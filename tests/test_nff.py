@@ -1,13 +1,11 @@
 """NFF files: what becomes of each line, what is said of what is left out, and what is refused."""
 
-import warnings
-
 import jax
 import numpy as np
 import pytest
+from scene_reader import reader
 
 import diffwhitted as dw
-from diffwhitted._errors import SceneNote
 from fitting.command_line import main
 
 VIEW = "v\nfrom 0 -5 1\nat 0 0 0.5\nup 0 0 1\nangle 40\nhither 0\nresolution 16 12\n"
@@ -48,16 +46,7 @@ p 3
 @pytest.fixture
 def read(tmp_path):
     """The scene of a text, and the notes on it."""
-
-    def scene(text, **how):
-        path = tmp_path / "scene.nff"
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        with warnings.catch_warnings(record=True) as found:
-            warnings.simplefilter("always", SceneNote)
-            made = dw.load_scene(path, **how)
-        return made, [str(note.message) for note in found]
-
-    return scene
+    return reader(tmp_path / "scene.nff")
 
 
 def test_each_line_becomes_what_it_says(read):

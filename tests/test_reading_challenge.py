@@ -1,12 +1,11 @@
 """Scenes of "The Ray Tracer Challenge" in YAML: the book's own numbers, and what is refused."""
 
-import warnings
-
 import numpy as np
 import pytest
+from scene_reader import reader
 
 import diffwhitted as dw
-from diffwhitted._errors import SceneError, SceneNote
+from diffwhitted._errors import SceneError
 
 CAMERA = "- {add: camera, width: 1, height: 1, field-of-view: 0.01, from: %s, to: %s, up: [0, 1, 0.1]}\n"
 WORLD = """
@@ -66,16 +65,7 @@ BOOK = """
 @pytest.fixture
 def read(tmp_path):
     """The scene of a text, and the notes on it."""
-
-    def scene(text, **how):
-        path = tmp_path / "scene.yml"
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        with warnings.catch_warnings(record=True) as found:
-            warnings.simplefilter("always", SceneNote)
-            made = dw.load_scene(path, **how)
-        return made, [str(note.message) for note in found]
-
-    return scene
+    return reader(tmp_path / "scene.yml")
 
 
 @pytest.mark.parametrize(

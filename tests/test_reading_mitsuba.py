@@ -1,9 +1,8 @@
 """Scenes of Mitsuba 3: what our own writer makes comes back, files by hand, and what is refused."""
 
-import warnings
-
 import numpy as np
 import pytest
+from scene_reader import reader
 
 import diffwhitted as dw
 from diffwhitted._errors import SceneError, SceneNote
@@ -55,16 +54,7 @@ PAINTS = """<scene version="3.0.0">
 @pytest.fixture
 def read(tmp_path):
     """The scene of a text, and the notes on it."""
-
-    def scene(text, **how):
-        path = tmp_path / "scene.xml"
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        with warnings.catch_warnings(record=True) as found:
-            warnings.simplefilter("always", SceneNote)
-            made = dw.load_scene(path, **how)
-        return made, " ".join(str(note.message) for note in found)
-
-    return scene
+    return reader(tmp_path / "scene.xml", " ".join)
 
 
 def written() -> dw.Scene:

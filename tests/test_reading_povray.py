@@ -7,9 +7,10 @@ import warnings
 import numpy as np
 import pytest
 from leaving_samples import everything
+from scene_reader import reader
 
 import diffwhitted as dw
-from diffwhitted._errors import SceneError, SceneNote
+from diffwhitted._errors import SceneError
 
 HAND = """// A still life. povray +Ihand.pov +W32 +H24 -A +FE
 #version 3.7;
@@ -62,16 +63,7 @@ PIXELS = {
 @pytest.fixture
 def read(tmp_path):
     """The scene of a text, and the notes on it."""
-
-    def scene(text, **how):
-        path = tmp_path / "scene.pov"
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        with warnings.catch_warnings(record=True) as found:
-            warnings.simplefilter("always", SceneNote)
-            made = dw.load_scene(path, **how)
-        return made, " ".join(str(note.message) for note in found)
-
-    return scene
+    return reader(tmp_path / "scene.pov", " ".join)
 
 
 @pytest.mark.slow

@@ -2,9 +2,9 @@
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from math import isfinite
 
 from .._errors import SceneError
+from ._numbers import usable
 
 MOST_CORNERS = 512
 """Of one polygon."""
@@ -90,11 +90,8 @@ class Words:
     def _read(self, line: Line, words: Collection[str]) -> list[float]:
         numbers = []
         for word in words:
-            try:
-                number = float(word)
-            except ValueError:
-                number = float("nan")
-            if not isfinite(number) or abs(number) > 1e30:
+            number = usable(word)
+            if number is None:
                 raise self.error(line, f"{word[:20]!r} is no number that can be used; allowed is one up to 1e30")
             numbers.append(number)
         return numbers

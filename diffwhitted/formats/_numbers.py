@@ -10,6 +10,17 @@ from ..scene import Material, PointLight, Scene, SpotLight
 COLOURED = ("k_a", "k_d", "k_h", "k_s", "k_t")
 KNOWN = (*COLOURED, "phong_exponent", "refractive_index")
 """The coefficients that the writers of other programs' files know; what is beyond them is told as lost."""
+LARGEST_NUMBER = 1e30
+"""Of a file of another program."""
+
+
+def usable(word: str) -> float | None:
+    """The number that a word of a file stands for; None of what is none, not finite, or above `LARGEST_NUMBER`."""
+    try:
+        number = float(word)
+    except ValueError:
+        return None
+    return number if abs(number) <= LARGEST_NUMBER else None
 
 
 def plain(value) -> np.ndarray:

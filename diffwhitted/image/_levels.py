@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._errors import InputError
-from ..records import is_traced
+from ..records import is_traced, whole_number
 
 MOST_LEVELS = 65536
 
@@ -18,8 +18,7 @@ def checked(image: Any, levels: int, what: str) -> Any:
     """The picture as an array of floats. Raises `InputError` for a picture, or a number of levels, that is not allowed;
     the values of a traced picture are not looked at.
     """
-    if isinstance(levels, bool) or not isinstance(levels, (int, np.integer)) or not 2 <= levels <= MOST_LEVELS:
-        raise InputError(f"{what}: levels = {levels!r}; allowed is a whole number from 2 to {MOST_LEVELS}")
+    whole_number(levels, f"{what}: levels", 2, MOST_LEVELS, InputError)
     shape = np.shape(image)
     if len(shape) not in (2, 3) or shape[2:] not in ((), (3,)) or 0 in shape:
         raise InputError(f"{what}: a picture of shape {shape}; allowed is (height, width) or (height, width, 3)")

@@ -2,6 +2,7 @@
 
 from ._checks import (
     DEEPEST,
+    check_file,
     depth_number,
     is_traced,
     listed,
@@ -17,8 +18,8 @@ from ._row import REQUIRED, Row, entries, read_rows, rows_of
 from ._scale import SCALES, Scale, typical_size
 
 __all__ = [
-    "DEEPEST", "REQUIRED", "SCALES", "Registry", "Row", "Scale", "changed", "depth_number", "entries", "grouped",
-    "in_dtype", "is_traced", "listed", "member", "member_count", "members_at", "moved", "nearest_name",
+    "DEEPEST", "REQUIRED", "SCALES", "Registry", "Row", "Scale", "changed", "check_file", "depth_number", "entries",
+    "grouped", "in_dtype", "is_traced", "listed", "member", "member_count", "members_at", "moved", "nearest_name",
     "number_array", "read_rows", "require", "rows_of", "shifted", "shortest", "stacked", "typical_size",
     "whole_number",
 ]  # fmt: skip

@@ -1,7 +1,8 @@
 """Checks of values when a record is built. Traced values pass: they have no value yet."""
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
+from pathlib import Path
 from typing import Any
 
 import jax.numpy as jnp
@@ -56,6 +57,14 @@ def whole_number(
         allowed = f"{lowest} or more" if highest is None else f"from {lowest} to {highest}"
         raise error(f"{place} = {shown!r}; allowed is a whole number {'of ' if highest is None else ''}{allowed}")
     return int(value)
+
+
+def check_file(file: Path, suffixes: Collection[str], called: str) -> None:
+    """Raise `SceneError`, which begins with what it is `called`, unless it is there and ends with one of these."""
+    if not file.is_file():
+        raise SceneError(f"{called}: there is no such file; paths are relative to the scene file")
+    if file.suffix.lower() not in suffixes:
+        raise SceneError(f"{called} ends with {file.suffix!r}; allowed is {', '.join(suffixes)}")
 
 
 def depth_number(max_depth) -> int | None:

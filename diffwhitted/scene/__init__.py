@@ -22,7 +22,16 @@ from ..shapes import (
 from ._classes import CLASS_NAMES, CLASSES, FresnelModel
 from ._coefficients import BY_NAME, COEFFICIENTS, coefficients, including_coefficient
 from ._hemisphere import Ambient, Hemisphere, most_ambient
-from ._material import FRESNEL_MODELS, HIGHLIGHTS, HighlightModel, Material, highest_coat, textured_rows
+from ._material import (
+    FRESNEL_MODELS,
+    HIGHLIGHTS,
+    MOST_ROUGHNESS_SAMPLES,
+    ROUGHNESS_SAMPLES,
+    HighlightModel,
+    Material,
+    highest_coat,
+    textured_rows,
+)
 from ._names import coefficient_value, replace_coefficient
 from ._naming import find_parameter, parameter_value, replace_parameter
 from ._near import near
@@ -55,17 +64,18 @@ from .lights import (
 from .textures import TEXTURES, AbstractTexture, Checker, ImageTexture, TexturePoint
 
 __all__ = [
-    "BACKGROUNDS", "BY_NAME", "CAMERAS", "CLASSES", "CLASS_NAMES", "COEFFICIENTS", "DEEPEST", "DISTANCE_FADE",
-    "FAMILIES", "FRESNEL_MODELS", "HIGHLIGHTS", "LIGHTS", "MOST_SAMPLES", "OBJECTS", "POSE", "TEXTS", "TEXTURES",
-    "VIEW", "WITHOUT_NAME", "AbstractBackground", "AbstractCamera", "AbstractLight", "AbstractObject",
-    "AbstractTexture", "Ambient", "Border", "Box", "Camera", "Checker", "Cone", "ConstantBackground", "Cylinder",
-    "DirectionalLight", "Disc", "EnvironmentBackground", "FresnelModel", "GradientBackground", "HarmonicBackground",
-    "Hemisphere", "HighlightModel", "ImageTexture", "Marks", "Material", "Mesh", "OrthographicCamera", "Parameter",
-    "Patch", "PixelFilter", "Plane", "PointLight", "Polygon", "Polyhedron", "Precision", "Quadric", "RectangleLight",
-    "Row", "Scene", "ShadowModel", "Sheet", "Shot", "Sphere", "SphereLight", "SphereSet", "SpotLight", "Tables",
-    "TexturePoint", "Torus", "TotalReflection", "WarnLight", "check_footprint", "coefficient_value", "coefficients",
-    "depth_number", "find_parameter", "float_dtype", "from_middle", "highest_coat", "including_coefficient",
-    "is_traced", "maps", "marks_of", "material_names", "most_ambient", "near", "nearest_name", "numbered_objects",
-    "parameter_value", "parameters", "replace_coefficient", "replace_parameter", "shared_sheets", "shortest",
-    "tabled_lights", "tabulate", "texture_names", "textured_rows", "whole_number",
+    "AbstractBackground", "AbstractCamera", "AbstractLight", "AbstractObject", "AbstractTexture", "Ambient",
+    "BACKGROUNDS", "BY_NAME", "Border", "Box", "CAMERAS", "CLASSES", "CLASS_NAMES", "COEFFICIENTS", "Camera",
+    "Checker", "Cone", "ConstantBackground", "Cylinder", "DEEPEST", "DISTANCE_FADE", "DirectionalLight", "Disc",
+    "EnvironmentBackground", "FAMILIES", "FRESNEL_MODELS", "FresnelModel", "GradientBackground", "HIGHLIGHTS",
+    "HarmonicBackground", "Hemisphere", "HighlightModel", "ImageTexture", "LIGHTS", "MOST_ROUGHNESS_SAMPLES",
+    "MOST_SAMPLES", "Marks", "Material", "Mesh", "OBJECTS", "OrthographicCamera", "POSE", "Parameter", "Patch",
+    "PixelFilter", "Plane", "PointLight", "Polygon", "Polyhedron", "Precision", "Quadric", "ROUGHNESS_SAMPLES",
+    "RectangleLight", "Row", "Scene", "ShadowModel", "Sheet", "Shot", "Sphere", "SphereLight", "SphereSet",
+    "SpotLight", "TEXTS", "TEXTURES", "Tables", "TexturePoint", "Torus", "TotalReflection", "VIEW", "WITHOUT_NAME",
+    "WarnLight", "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter",
+    "float_dtype", "from_middle", "highest_coat", "including_coefficient", "is_traced", "maps", "marks_of",
+    "material_names", "most_ambient", "near", "nearest_name", "numbered_objects", "parameter_value", "parameters",
+    "replace_coefficient", "replace_parameter", "shared_sheets", "shortest", "tabled_lights", "tabulate",
+    "texture_names", "textured_rows", "whole_number",
 ]  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._errors import SceneError
-from ..records import is_traced, listed, nearest_name, number_array, require
+from ..records import is_traced, listed, nearest_name, number_array, require, whole_number
 from ._classes import CLASS_NAMES, FRESNEL, MaterialClass, class_row
 from ._coefficients import BY_NAME, SWITCHED, coefficients
 from ._dispersion import Curve, read_dispersion, written_dispersion
@@ -17,6 +17,8 @@ HighlightModel = Literal["halfway", "reflected", "off"]
 HIGHLIGHTS: tuple[str, ...] = get_args(HighlightModel)
 FRESNEL_MODELS = (*FRESNEL, "metal")
 """What the weights of branches do with the angle: `fresnel`, and "metal" for Schlick's polynomial of a colour."""
+ROUGHNESS_SAMPLES, MOST_ROUGHNESS_SAMPLES = 16, 4096
+"""Trees a pixel of a rough surface, unless it states them, and at the most."""
 TEXTURE = "_texture"
 """COEFFICIENT_texture names the texture that multiplies a coefficient."""
 
@@ -54,7 +56,7 @@ class Material(eqx.Module):
         fresnel: str | None = None,
         fresnel_highlight: bool = False,
         dispersion=None,
-        roughness_samples: int = 16,
+        roughness_samples: int = ROUGHNESS_SAMPLES,
         place: str = "material",
         **stated,
     ):
@@ -65,7 +67,9 @@ class Material(eqx.Module):
             raise TypeError(f"{place}: unknown coefficient {unknown[0]!r}; there are {', '.join(BY_NAME)}")
         _check_stated(self.kind, [*stated, *textures], place)
         stated |= self._dispersed(dispersion, stated, place)
-        self.roughness_samples = _count(roughness_samples, place)
+        self.roughness_samples = whole_number(
+            roughness_samples, f"{place}: roughness_samples", highest=MOST_ROUGHNESS_SAMPLES
+        )
         values = {name: stated.get(name, default) for name, default in _defaults(self.kind).items()}
         self.values = {name: None if value is None else checked(name, value, place) for name, value in values.items()}
         if highlight not in HIGHLIGHTS:
@@ -121,7 +125,7 @@ class Material(eqx.Module):
         """The keys that a file need not state: what the class fixes, and what it says by default."""
         fixed = [row.name for row in coefficients() if not self.has(row.name)]
         defaults = {
-            "roughness_samples": 16,
+            "roughness_samples": ROUGHNESS_SAMPLES,
             "dispersion": None,
             "class": CLASS_NAMES[0],
             "fresnel": self.kind.fresnel[0],
@@ -212,12 +216,6 @@ def _defaults(kind: MaterialClass) -> dict[str, Any]:
         else absent.get(row.name, row.default)
         for row in coefficients()
     }
-
-
-def _count(samples, place: str) -> int:
-    if isinstance(samples, bool) or not isinstance(samples, int) or not 1 <= samples <= 4096:
-        raise SceneError(f"{place}: roughness_samples = {samples!r}; allowed is a whole number from 1 to 4096")
-    return samples
 
 
 def _class(name, place: str) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._errors import FarFromOrigin, SceneError
-from ..records import Row, changed, in_dtype, nearest_name, number_array, require
+from ..records import Row, changed, in_dtype, nearest_name, number_array, require, whole_number
 from ..shapes import OBJECTS, AbstractObject, has_pose
 from ._hemisphere import Ambient, Hemisphere
 from ._material import Material
@@ -28,6 +28,7 @@ Precision = Literal["float32", "float64"]
 
 LARGEST_FOOTPRINT = 64
 LARGEST_BANDS = 128
+LARGEST_SEED = 2**31 - 1
 DISTANCE_FADE = Row(
     "distance_fade", "numbers", "(a, b): light along a ray of d metres between two surfaces, or to the camera, is "
     "multiplied by max(0, a + b d); b in 1/m. Default: it is not.", default=None, scale="unbounded", parts=("a", "b"),
@@ -114,7 +115,7 @@ class Scene(eqx.Module):
         self.distance_fade = None if distance_fade is None else cast(_fade(distance_fade))
         self.cutoff = cast(_cutoff(cutoff))
         self.max_depth, self.shadows, self.footprint = max_depth, shadows, footprint
-        self.bands, self.seed = _bands(bands), _seed(seed)
+        self.bands, self.seed = _bands(bands), whole_number(seed, "scene: seed", 0, LARGEST_SEED)
         self.total_internal_reflection = total_internal_reflection
         self._check_settings()
         self._check_references()
@@ -237,12 +238,6 @@ def _bands(bands) -> int:
             f"scene: bands = {bands!r}; allowed is 3 (red, green and blue) to {LARGEST_BANDS}, or 1 for no dispersion"
         )
     return bands
-
-
-def _seed(seed) -> int:
-    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**31:
-        raise SceneError(f"scene: seed = {seed!r}; allowed is a whole number from 0 to 2147483647")
-    return seed
 
 
 def _fade(value):

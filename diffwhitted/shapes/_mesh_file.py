@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .._errors import SceneError
+from ..records import check_file
 
 MESH_FILES = (".obj", ".ply", ".stl", ".off", ".glb", ".gltf")
 MOST_TRIANGLES = 20_000_000
@@ -50,10 +51,7 @@ def read_parts(path: str, place: str, **how: Any) -> list[Part]:
     Raises `SceneError` that begins with `place`.
     """
     file = Path(path)
-    if not file.is_file():
-        raise SceneError(f"{place}: file = {path!r}: there is no such file; paths are relative to the scene file")
-    if file.suffix.lower() not in MESH_FILES:
-        raise SceneError(f"{place}: file = {path!r} ends with {file.suffix!r}; allowed is {', '.join(MESH_FILES)}")
+    check_file(file, MESH_FILES, f"{place}: file = {path!r}")
     _check_promise(file, place)
     import trimesh
 

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 
 from .._errors import SceneError
 from ..geometry import AbstractSurfaces
-from ..records import Row
+from ..records import Row, check_file
 from ._object import AbstractObject, joined, same_numbers
 from ._patches import CELLS, Patches, patches_of
 
@@ -113,10 +113,7 @@ class Patch(AbstractObject):
 def _read(file: Path, place: str) -> np.ndarray:
     """The control points in a file, (16 n, 3). Raises `SceneError` that begins with `place`."""
     called = f"{place}: file = {str(file)!r}"
-    if not file.is_file():
-        raise SceneError(f"{called}: there is no such file; paths are relative to the scene file")
-    if file.suffix.lower() not in FILES:
-        raise SceneError(f"{called} ends with {file.suffix!r}; allowed is {', '.join(FILES)}")
+    check_file(file, FILES, called)
     try:
         text = file.read_text(encoding="utf-8")
         points = _of_json(text) if file.suffix.lower() == ".json" else _of_bpt(text)

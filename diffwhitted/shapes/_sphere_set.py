@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from .._errors import SceneError
 from ..geometry import AbstractSurfaces
 from ..numerics._vector import vec3
-from ..records import Row, changed, is_traced, number_array, require
+from ..records import Row, changed, check_file, is_traced, number_array, require
 from ._object import AbstractObject, joined, same_numbers
 from ._pose import even_growth
 from ._sphere import Spheres
@@ -119,10 +119,7 @@ class SphereSet(AbstractObject):
 def _read(file: Path, place: str) -> tuple[np.ndarray, np.ndarray]:
     """Centres and radii in a file. Raises `SceneError` that begins with `place`."""
     called = f"{place}: file = {str(file)!r}"
-    if not file.is_file():
-        raise SceneError(f"{called}: there is no such file; paths are relative to the scene file")
-    if file.suffix.lower() not in FILES:
-        raise SceneError(f"{called} ends with {file.suffix!r}; allowed is {', '.join(FILES)}")
+    check_file(file, FILES, called)
     try:
         if file.suffix.lower() == ".npz":
             with np.load(file, allow_pickle=False) as found:

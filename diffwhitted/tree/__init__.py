@@ -25,7 +25,8 @@ from ._points import points_only, trees_or_points
 from ._record import Nodes, Record, record
 from ._replay import averaged, replay, trace, trace_beside_small, trace_left_out
 from ._samples import Draw, Samples, drawn, grid, pixel_of, sample_places
-from ._sought import arrivals, blocking, sought
+from ._shadows import blocking
+from ._sought import arrivals, sought
 from ._truncation import Beyond
 
 __all__ = [

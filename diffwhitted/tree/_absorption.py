@@ -42,8 +42,8 @@ def left_on_the_way_to(tables: Tables, plan: Plan, at: Arrival, light: AbstractL
 
     Differentiable in extinction and, but for families that are searched by a tree, in geometry.
     """
-    lifted = at.point if at.lifted is None else at.lifted
-    lengths, inside, limit = stage(needed, lambda origin: _inside(tables, plan, at, light, origin), lifted)
+    origin, departure = at.lit_from
+    lengths, inside, limit = stage(needed, lambda *a: _inside(tables, plan, at, light, *a), origin, departure)
     left = None
     for material, length, within in zip(tables.marks.glass, lengths, inside, strict=True):
         column = tables.coefficients["extinction"]
@@ -64,15 +64,14 @@ def _channels(colour: Vec3, of) -> Vec3:
     return Vec3(of(colour.x), of(colour.y), of(colour.z))
 
 
-def _inside(tables: Tables, plan: Plan, at: Arrival, light: AbstractLight, origin: Vec3):
+def _inside(tables: Tables, plan: Plan, at: Arrival, light: AbstractLight, origin: Vec3, departure: Departure):
     """Where the way from the points to a light lies in which transparent material, and how long it is.
 
     At each crossing the medium changes: d metres before it count for the one that ends there, and are taken off the one
     that begins.
     """
     to_light, distance, _ = light.arriving(origin)
-    ray, limit = Ray(origin, to_light), before(distance)
-    departure, count = Departure(at.primitive, ~at.entering), tables.marks.glass.shape[0]
+    ray, limit, count = Ray(origin, to_light), before(distance), tables.marks.glass.shape[0]
     start = _kind_of(tables, sides(at)[0])
     zero = jnp.zeros_like(origin.x)
     found: Inside = (zero,) * count, tuple((start == kind).astype(jnp.int32) for kind in range(count))

@@ -77,6 +77,13 @@ class Arrival(eqx.Module):
     uv: tuple[Float[Array, "n"], Float[Array, "n"]] | None = None
     """Texture coordinates that the object brings along; None where no shape of the scene has any."""
 
+    @property
+    def lit_from(self) -> tuple[Vec3, Departure]:
+        """Where shadow rays leave, and on which side: the shading normal faces the eye, so a lit point sees its light
+        on the side that the ray came from.
+        """
+        return self.point if self.lifted is None else self.lifted, Departure(self.primitive, ~self.entering)
+
 
 def arrival(hit: Hit, direction: Vec3, outside, inside, beam: Beam | None) -> Arrival:
     return Arrival(

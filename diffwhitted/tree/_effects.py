@@ -21,14 +21,13 @@ from ..scene import Scene, Tables
 from ._asked import Asked
 from ._fresnel import Passed, dielectric, dielectric_extremes, metal, metal_extremes
 from ._light_effects import (
-    bordered,
+    by_one_ray,
     distance_faded,
     evenly_lit,
     faded_by_distance,
     hardened,
     hemispherical,
     most_left,
-    soft,
 )  # fmt: skip
 from ._reasons import (
     Reason,
@@ -38,7 +37,6 @@ from ._reasons import (
     dark,
     denser,
     dispersing,
-    faded,
     flat,
     gradient,
     interpolated,
@@ -56,6 +54,7 @@ from ._reasons import (
     weighed_highlight,
     with_coefficient,
     with_fresnel,
+    with_light,
 )  # fmt: skip
 from ._surrounded import brightest_of, sent_back_diffusely, sent_back_in_highlight
 
@@ -148,7 +147,8 @@ EFFECTS: tuple[Effect, ...] = (
     Effect("shadows", caster, "no object can stand between a point and a light", LIT, no_shadows),
     Effect("tinted_shadows", with_coefficient("k_t"), "no object has k_t > 0", (("shadows",), "no shadow ray is cast"),
            not_tinted),
-    Effect("soft_shadows", soft, "no light is a ball that one ray looks at", (("shadows",), "no shadow ray is cast"),
+    Effect("soft_shadows", with_light(by_one_ray, "is a ball that one ray looks at"),
+           "no light is a ball that one ray looks at", (("shadows",), "no shadow ray is cast"),
            without=hardened),
     Effect("reflection", with_coefficient("k_s"), "no object has k_s > 0", forbidden=flat),
     Effect("refraction", with_coefficient("k_t"), "no object has k_t > 0", forbidden=flat),
@@ -167,9 +167,11 @@ EFFECTS: tuple[Effect, ...] = (
     Effect("gouraud", interpolated("gouraud"), "no object is shaded so", LIT, without=_by_phong("gouraud")),
     Effect("fast_phong", interpolated("fast_phong"), "no object is shaded so", LIT, without=_by_phong("fast_phong")),
     Effect("textures", textured, "no coefficient in use has a texture"),
-    Effect("attenuation", faded, "no point light has an attenuation", LIT,
+    Effect("attenuation", with_light(lambda light: light.fades, "has an attenuation"),
+           "no point light has an attenuation", LIT,
            without=lambda s: changed(s, lights=tuple(light.without_fading() for light in s.lights))),
-    Effect("light_borders", bordered, "no light has a cone or flaps", LIT,
+    Effect("light_borders", with_light(lambda light: light.bordered, "has a cone or flaps"),
+           "no light has a cone or flaps", LIT,
            without=lambda s: changed(s, lights=tuple(light.without_borders() for light in s.lights))),
     Effect("distance_fade", distance_faded, "no distance_fade", without=lambda s: changed(s, distance_fade=None),
            dims=faded_by_distance, dims_to=most_left),

@@ -5,7 +5,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..records import changed
-from ..scene import Hemisphere, Scene, Tables, is_traced
+from ..scene import AbstractLight, Hemisphere, Scene, Tables, is_traced
 from ._asked import Asked
 
 
@@ -15,13 +15,6 @@ def hemispherical(asked: Asked) -> str | None:
 
 def evenly_lit(scene: Scene) -> Scene:
     return changed(scene, ambient=scene.ambient.even()) if isinstance(scene.ambient, Hemisphere) else scene
-
-
-def bordered(asked: Asked) -> str | None:
-    for number, light in enumerate(asked.scene.lights, 1):
-        if light.bordered:
-            return f"light {number} has a cone or flaps"
-    return None
 
 
 def distance_faded(asked: Asked) -> str | None:
@@ -44,13 +37,11 @@ def most_left(scene: Scene) -> float:
     return np.inf if b > 0 else max(float(a), 0.0)
 
 
-def soft(asked: Asked) -> str | None:
-    for number, light in enumerate(asked.scene.lights, 1):
-        if light.ball_radius() is not None:
-            return f"light {number} is a ball that one ray looks at"
-    return None
+def by_one_ray(light: AbstractLight) -> bool:
+    """Is it a ball that one ray looks at?"""
+    return light.ball_radius() is not None
 
 
 def hardened(scene: Scene) -> Scene:
-    hard = (light if light.ball_radius() is None else light.without_size() for light in scene.lights)
+    hard = (light.without_size() if by_one_ray(light) else light for light in scene.lights)
     return changed(scene, lights=tuple(hard))

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import jax
 import numpy as np
 
-from ..scene import is_traced, most_ambient
+from ..scene import AbstractLight, is_traced, most_ambient
 from ..shapes import AbstractObject
 from ._asked import Asked, frees_ambient
 
@@ -111,11 +111,14 @@ def interpolated(shading: str) -> Reason:
     return reason
 
 
-def faded(asked: Asked) -> str | None:
-    for number, light in enumerate(asked.scene.lights, 1):
-        if light.fades:
-            return f"light {number} has an attenuation"
-    return None
+def with_light(which: Callable[[AbstractLight], bool], what: str) -> Reason:
+    """Some light is such; `what` follows its number."""
+
+    def reason(asked: Asked) -> str | None:
+        numbers = (number for number, light in enumerate(asked.scene.lights, 1) if which(light))
+        return next((f"light {number} {what}" for number in numbers), None)
+
+    return reason
 
 
 def gradient(asked: Asked) -> str | None:

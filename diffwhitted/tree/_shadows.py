@@ -50,13 +50,16 @@ def shadows_at(tables: Tables, plan: Plan, at: Arrival, needed) -> tuple[Seen, .
     """What each group of lights sees of the points; empty where nothing casts shadows."""
     if not plan.effects.shadows:
         return ()
-    blocks = None
-    if plan.effects.tinted_shadows:
-        blocks = tables.shapes.by_surface(~lookup(tables.transparent, tables.material_of))
+    blocks = blocking(tables) if plan.effects.tinted_shadows else None
     return tuple(
         for_lights(lights, lambda light, _: _seen(tables, plan, at, light, blocks, needed), ())
         for lights in tables.lights
     )
+
+
+def blocking(tables: Tables) -> Bool[Array, "surfaces"]:
+    """Which surfaces block light where shadows are tinted by glass."""
+    return tables.shapes.by_surface(~lookup(tables.transparent, tables.material_of))
 
 
 def for_lights(lights: AbstractLight, ask: Callable, inputs):
@@ -69,9 +72,7 @@ def for_lights(lights: AbstractLight, ask: Callable, inputs):
 
 def _seen(tables: Tables, plan: Plan, at: Arrival, light: AbstractLight, blocks, needed) -> Seen:
     """What one light sees."""
-    # The shading normal faces the eye, so a lit point sees its light on the side that the ray came from.
-    departure = Departure(at.primitive, ~at.entering)
-    origin = at.point if at.lifted is None else at.lifted
+    origin, departure = at.lit_from
     to_light, distance, _ = stage(needed, light.arriving, origin)
     ray, parts = Ray(origin, to_light), ()
     # Leave out points that are turned away from the light, where each search of a ray takes its time.

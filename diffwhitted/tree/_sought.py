@@ -7,10 +7,10 @@ from jaxtyping import Array, Bool, Float, Int
 
 from ..geometry import Departure, Ray, surface_at
 from ..illumination import before
-from ..numerics._vector import Vec3, dot, lookup
+from ..numerics._vector import Vec3, dot
 from ..records import member, member_count
 from ..scene import AbstractCamera, Tables
-from ._arrival import Arrival
+from ._arrival import Arrival, arrival
 from ._departure import departing, sides_of
 from ._plan import Plan
 from ._record import Nodes, Record
@@ -55,17 +55,11 @@ def sought(
     parents = jax.tree.map(lambda a: a[..., nodes.origin.parent], arrived)
     ray, _, _ = departing(tables, camera, plan, samples, parents, nodes.origin, there)
     hit = surface_at(tables.shapes, ray, nodes.primitive, nodes.crossing, nodes.entering)
-    start = hit.point if hit.lifted is None else hit.lifted
+    start, leaves = arrival(hit, ray.direction, None, None, None).lit_from
     to_lights = []
     for lights in tables.lights:
         for number in range(member_count(lights)):
             direction, distance, _ = member(lights, number).arriving(start)
             lit = there & (nodes.primitive >= 0) & (dot(hit.shading_normal, direction) > 0)
-            leaves = Departure(nodes.primitive, ~nodes.entering)
             to_lights.append(ShadowRays(Ray(start, direction), leaves, jnp.where(lit, before(distance), 0)))
     return ray, sides_of(plan, parents, nodes.origin), to_lights
-
-
-def blocking(tables: Tables) -> Bool[Array, "surfaces"]:
-    """Which surfaces block light where shadows are tinted by glass."""
-    return tables.shapes.by_surface(~lookup(tables.transparent, tables.material_of))

@@ -3,16 +3,15 @@ of many aliases is as small as it looks.
 """
 
 from dataclasses import dataclass
-from math import isfinite
 
 import numpy as np
 import yaml
 
 from ..._errors import SceneError
+from .._numbers import usable
 
 LARGEST_FILE = 4 * 2**20
 """Bytes; PyYAML takes a minute for them."""
-LARGEST_NUMBER = 1e30
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,11 +68,8 @@ class Entry:
 
     def number(self, what: str) -> float:
         word = self.word(what)
-        try:
-            found = float(word)
-        except ValueError:
-            found = float("nan")
-        if not isfinite(found) or abs(found) > LARGEST_NUMBER:
+        found = usable(word)
+        if found is None:
             raise self.error(f"{what} = {word[:20]!r} is no number that can be used; allowed is one up to 1e30")
         return found
 

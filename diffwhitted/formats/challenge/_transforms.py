@@ -4,25 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..others._placed import translated, turned
 from ._nodes import Entry
 
 MOST_STEPS = 1000
 DEEPEST = 32
-
-
-def turned(axis: str, angle: float) -> np.ndarray:
-    """About an axis by radians, (4, 4), right-handed on column vectors."""
-    first, second = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
-    found = np.eye(4)
-    found[first, first] = found[second, second] = np.cos(angle)
-    found[first, second], found[second, first] = -np.sin(angle), np.sin(angle)
-    return found
-
-
-def _translate(x: float, y: float, z: float) -> np.ndarray:
-    found = np.eye(4)
-    found[:3, 3] = x, y, z
-    return found
 
 
 def _shear(xy: float, xz: float, yx: float, yz: float, zx: float, zy: float) -> np.ndarray:
@@ -30,11 +16,11 @@ def _shear(xy: float, xz: float, yx: float, yz: float, zx: float, zy: float) -> 
 
 
 STEPS = {
-    "translate": (3, _translate),
+    "translate": (3, lambda *by: translated(by)),
     "scale": (3, lambda x, y, z: np.diag([x, y, z, 1.0])),
-    "rotate-x": (1, lambda angle: turned("x", angle)),
-    "rotate-y": (1, lambda angle: turned("y", angle)),
-    "rotate-z": (1, lambda angle: turned("z", angle)),
+    "rotate-x": (1, lambda angle: turned(0, angle)),
+    "rotate-y": (1, lambda angle: turned(1, angle)),
+    "rotate-z": (1, lambda angle: turned(2, angle)),
     "shear": (6, _shear),
 }
 

@@ -7,13 +7,13 @@ import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from math import isfinite
 from pathlib import Path
 from xml.parsers import expat
 
 import numpy as np
 
 from ..._errors import SceneError
+from .._numbers import usable
 
 MOST_TAGS = 500_000
 DEEPEST = 64
@@ -21,7 +21,6 @@ MOST_INCLUDED = 64
 LARGEST_INCLUDED = 16 * 2**20
 """Bytes of all included files."""
 LONGEST_VALUE = 100_000
-LARGEST_NUMBER = 1e30
 
 
 @dataclass(eq=False)
@@ -80,11 +79,8 @@ class Tag:
             raise self.error(f"{key} = {stated[:40]!r} of <{self.word}> has {len(words)} numbers; allowed is {allowed}")
         found = []
         for word in words:
-            try:
-                number = float(word)
-            except ValueError:
-                number = float("nan")
-            if not isfinite(number) or abs(number) > LARGEST_NUMBER:
+            number = usable(word)
+            if number is None:
                 raise self.error(
                     f"{word[:20]!r} in {key} of <{self.word}> is no number that can be used; allowed is one up to 1e30"
                 )

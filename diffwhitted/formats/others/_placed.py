@@ -190,6 +190,15 @@ def translated(by) -> np.ndarray:
     return found
 
 
+def turned(axis: int, angle: float) -> np.ndarray:
+    """About x, y or z (0, 1, 2) by radians, (4, 4), right-handed on column vectors."""
+    first, second = (axis + 1) % 3, (axis + 2) % 3
+    found = np.eye(4)
+    found[first, first] = found[second, second] = np.cos(angle)
+    found[first, second], found[second, first] = -np.sin(angle), np.sin(angle)
+    return found
+
+
 def _unmirrored(matrix: np.ndarray) -> np.ndarray:
     """For what is its own mirror image along each axis."""
     return matrix @ np.diag([1, 1, -1, 1]) if is_mirrored(matrix) else matrix

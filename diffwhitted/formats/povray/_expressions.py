@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from ...image import decode_signal
-from ..others._placed import translated
+from .._numbers import LARGEST_NUMBER
+from ..others._placed import translated, turned
 from ._stream import Stream
 from ._tokens import Token
 
-LARGEST_NUMBER = 1e30
 CONSTANTS: dict[str, Any] = {
     "x": np.eye(3)[0], "y": np.eye(3)[1], "z": np.eye(3)[2], "pi": np.pi, "tau": 2 * np.pi, "on": 1.0, "off": 0.0,
     "yes": 1.0, "no": 0.0, "true": 1.0, "false": 0.0, "clock": 0.0, "version": 3.7,
@@ -251,11 +251,5 @@ def _divided(one: Any, other: Any) -> Any:
 
 def _rotated(angles: np.ndarray) -> np.ndarray:
     """About x, then y, then z, as POV-Ray's left-handed axes have it: the same matrices on columns."""
-    found = np.eye(4)
-    for k, angle in enumerate(angles):
-        first, second = (k + 1) % 3, (k + 2) % 3
-        step = np.eye(4)
-        step[first, first] = step[second, second] = np.cos(angle)
-        step[first, second], step[second, first] = -np.sin(angle), np.sin(angle)
-        found = step @ found
-    return found
+    x, y, z = angles
+    return turned(2, z) @ turned(1, y) @ turned(0, x)

@@ -19,7 +19,9 @@ from ...scene import (
     CLASSES,
     DISTANCE_FADE,
     LIGHTS,
+    MOST_ROUGHNESS_SAMPLES,
     OBJECTS,
+    ROUGHNESS_SAMPLES,
     TEXTURES,
     FresnelModel,
     Hemisphere,
@@ -141,8 +143,8 @@ class FileModels:
             roughness_samples=(
                 int,
                 Field(
-                    16,
-                    json_schema_extra={"minimum": 1, "maximum": 4096},
+                    ROUGHNESS_SAMPLES,
+                    json_schema_extra={"minimum": 1, "maximum": MOST_ROUGHNESS_SAMPLES},
                     description=("Trees a pixel over which a rough surface is averaged, at the least."),
                 ),
             ),

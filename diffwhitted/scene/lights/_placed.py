@@ -24,17 +24,14 @@ FADE: tuple[Row, ...] = (
 )  # fmt: skip
 
 
-class AbstractPlacedLight(AbstractLight):
-    """A lamp at a point, whose light fades by `attenuation`; a kind says by `shone` how much it sends which way.
+class AbstractFadingLight(AbstractLight):
+    """A lamp whose light fades by `attenuation`.
 
     Its colour arrives unchanged at any distance unless `attenuation` = (a0, a1, a2) is given: then it is multiplied by
     min(1, 1 / (a0 + a1 d + a2 d**2)) (Hearn and Baker, intensity attenuation). With `clamped` = False it is not held
     at 1 near the light: (0, 0, 1) is then the inverse square everywhere.
     """
 
-    ROWS: ClassVar[tuple[Row, ...]] = (POSITION, COLOUR, *FADE)
-
-    position: eqx.AbstractVar[Float[Array, "3"]]
     colour: eqx.AbstractVar[Float[Array, "3"]]
     attenuation: eqx.AbstractVar[Float[Array, "3"] | None]
     clamped: eqx.AbstractVar[bool | None]
@@ -49,22 +46,35 @@ class AbstractPlacedLight(AbstractLight):
         del to_light
         return vec3(self.colour)
 
-    def arriving(self, point: Vec3) -> tuple[Vec3, Float[Array, "*n"], Vec3]:
-        """Unit direction to the light, its distance, and the colour that arrives unless occluded.
+    def arriving_from(self, place: Float[Array, "3"], point: Vec3) -> tuple[Vec3, Float[Array, "*n"], Vec3]:
+        """What `arriving` is of a lamp at one place.
 
-        Edge: a point at the light's own position gets a zero direction, hence no light.
+        Edge: a point at that very place gets a zero direction, hence no light.
         """
-        direction, distance = way_to(self.position, point)
-        return direction, distance, fading(self.shone(direction), self.attenuation, distance, self.held)
+        there, power = rescaled(vec3(place) - point)
+        direction, distance, colour = normalise(there), length(there) / power, self.shone(normalise(there))
+        if self.attenuation is not None:
+            colour = colour * _faded(self.attenuation, distance, self.held)
+        return direction, distance, colour
 
     def brightest(self) -> np.ndarray:
-        return brightest_of(self.colour, self.attenuation, self.held)
+        """Where the fade is not held at 1 it is 1 / a0 at the light itself."""
+        colour = np.asarray(self.colour, np.float64)
+        if self.attenuation is None or self.held:
+            return colour
+        nearest = float(np.asarray(self.attenuation)[0])
+        return np.where(colour > 0, colour / nearest if nearest > 0 else np.inf, 0.0)
 
     def held_within(self) -> float:
-        return held_within(self.attenuation) if self.held else 0.0
-
-    def place(self) -> np.ndarray:
-        return np.asarray(self.position, np.float64)
+        """The distance at which a0 + a1 d + a2 d**2 = 1; 0 where it is more at the light itself."""
+        if self.attenuation is None or not self.held or is_traced(self.attenuation):
+            return 0.0
+        a0, a1, a2 = np.asarray(self.attenuation, np.float64)
+        if a0 >= 1:
+            return 0.0
+        if a2 > 0:
+            return float((np.sqrt(a1 * a1 + 4 * a2 * (1 - a0)) - a1) / (2 * a2))
+        return float((1 - a0) / a1) if a1 > 0 else 0.0
 
     @property
     def fades(self) -> bool:
@@ -72,6 +82,24 @@ class AbstractPlacedLight(AbstractLight):
 
     def without_fading(self):
         return changed(self, attenuation=None, clamped=None)
+
+
+class AbstractPlacedLight(AbstractFadingLight):
+    """A lamp at a point; a kind says by `shone` how much it sends which way."""
+
+    ROWS: ClassVar[tuple[Row, ...]] = (POSITION, COLOUR, *FADE)
+
+    position: eqx.AbstractVar[Float[Array, "3"]]
+
+    def arriving(self, point: Vec3) -> tuple[Vec3, Float[Array, "*n"], Vec3]:
+        """Unit direction to the light, its distance, and the colour that arrives unless occluded.
+
+        Edge: a point at the light's own position gets a zero direction, hence no light.
+        """
+        return self.arriving_from(self.position, point)
+
+    def place(self) -> np.ndarray:
+        return np.asarray(self.position, np.float64)
 
 
 def checked_clamp(clamped, attenuation, place: str) -> bool | None:
@@ -83,18 +111,7 @@ def checked_clamp(clamped, attenuation, place: str) -> bool | None:
     return FADE[1].read(clamped, place)
 
 
-def way_to(place: Float[Array, "3"], point: Vec3) -> tuple[Vec3, Float[Array, "*n"]]:
-    """The unit direction from points to a place, and its distance; the zero vector at the place itself."""
-    there, power = rescaled(vec3(place) - point)
-    return normalise(there), length(there) / power
-
-
-def fading(colour: Vec3, attenuation, distance: Float[Array, "*n"], held: bool) -> Vec3:
-    """A colour that gets less with the distance, where there is an attenuation."""
-    return colour if attenuation is None else colour * faded(attenuation, distance, held)
-
-
-def faded(attenuation: Float[Array, "... 3"], distance: Float[Array, "*n"], held: bool) -> Float[Array, "*n"]:
+def _faded(attenuation: Float[Array, "... 3"], distance: Float[Array, "*n"], held: bool) -> Float[Array, "*n"]:
     """The attenuation, numerator and denominator divided by a far distance, so that no square of it is formed.
 
     Edge: where it is not `held` at 1 and grows without end, at the light itself, it is 1 with derivative 0.
@@ -104,24 +121,3 @@ def faded(attenuation: Float[Array, "... 3"], distance: Float[Array, "*n"], held
     total = a0 * part + (a1 + a2 * distance) * (distance * part)
     fades = total >= part if held else total > 0
     return jnp.where(fades, part / jnp.where(fades, total, 1), 1)
-
-
-def brightest_of(colour, attenuation, held: bool) -> np.ndarray:
-    """The most of a colour that arrives anywhere: where the fade is not held at 1 it is 1 / a0 at the light itself."""
-    colour = np.asarray(colour, np.float64)
-    if attenuation is None or held:
-        return colour
-    nearest = float(np.asarray(attenuation)[0])
-    return np.where(colour > 0, colour / nearest if nearest > 0 else np.inf, 0.0)
-
-
-def held_within(attenuation) -> float:
-    """The distance at which a0 + a1 d + a2 d**2 = 1; 0 without a fade, or where it is more at the light itself."""
-    if attenuation is None or is_traced(attenuation):
-        return 0.0
-    a0, a1, a2 = np.asarray(attenuation, np.float64)
-    if a0 >= 1:
-        return 0.0
-    if a2 > 0:
-        return float((np.sqrt(a1 * a1 + 4 * a2 * (1 - a0)) - a1) / (2 * a2))
-    return float((1 - a0) / a1) if a1 > 0 else 0.0

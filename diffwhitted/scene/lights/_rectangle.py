@@ -7,15 +7,15 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..._errors import SceneError
-from ...numerics._vector import Vec3, vec3
+from ...numerics._vector import Vec3
 from ...records import Row, changed, is_traced, read_rows, shifted
 from ._light import COLOUR, AbstractLight
-from ._placed import FADE, brightest_of, checked_clamp, fading, held_within, way_to
+from ._placed import FADE, AbstractFadingLight, checked_clamp
 from ._point import PointLight
 from ._spread import MOST_SAMPLES, over_square
 
 
-class RectangleLight(AbstractLight):
+class RectangleLight(AbstractFadingLight):
     """A parallelogram that shines to both sides: a corner and its two edges in metres, and the colour that arrives of
     all of it.
 
@@ -73,10 +73,6 @@ class RectangleLight(AbstractLight):
         if not np.cross(np.asarray(self.edge_u, np.float64), np.asarray(self.edge_v, np.float64)).any():
             raise SceneError(f"{place}: edge_u and edge_v lie along one line; allowed are two edges of a parallelogram")
 
-    @property
-    def held(self) -> bool:
-        return self.clamped is not False
-
     def at(self, u: float, v: float, share: float = 1.0) -> PointLight:
         """A point light at a place of it, u and v from 0 to 1, with a share of its colour."""
         u, v, share = (self.colour.dtype.type(x) for x in (u, v, share))
@@ -85,8 +81,7 @@ class RectangleLight(AbstractLight):
 
     def arriving(self, point: Vec3) -> tuple[Vec3, Float[Array, "*n"], Vec3]:
         """As of a point in its middle."""
-        direction, distance = way_to(self.corner + 0.5 * (self.edge_u + self.edge_v), point)
-        return direction, distance, fading(vec3(self.colour), self.attenuation, distance, self.held)
+        return self.arriving_from(self.corner + 0.5 * (self.edge_u + self.edge_v), point)
 
     def members(self) -> tuple[AbstractLight, ...]:
         return tuple(self.at(u, v, 1 / self.samples) for u, v in over_square(self.samples))
@@ -100,19 +95,6 @@ class RectangleLight(AbstractLight):
     def moved(self, by: np.ndarray) -> "RectangleLight":
         return changed(self, corner=shifted(self.corner, by))
 
-    def brightest(self) -> np.ndarray:
-        return brightest_of(self.colour, self.attenuation, self.held)
-
-    def held_within(self) -> float:
-        return held_within(self.attenuation) if self.held else 0.0
-
     def place(self) -> np.ndarray:
         corner, u, v = (np.asarray(x, np.float64) for x in (self.corner, self.edge_u, self.edge_v))
         return corner + 0.5 * (u + v)
-
-    @property
-    def fades(self) -> bool:
-        return self.attenuation is not None
-
-    def without_fading(self) -> "RectangleLight":
-        return changed(self, attenuation=None, clamped=None)

@@ -6,15 +6,15 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from ...numerics._vector import Vec3, vec3
+from ...numerics._vector import Vec3
 from ...records import Row, changed, read_rows
 from ._light import COLOUR, AbstractLight
-from ._placed import FADE, brightest_of, checked_clamp, fading, held_within, way_to
+from ._placed import FADE, AbstractFadingLight, checked_clamp
 from ._point import PointLight
 from ._spread import MOST_SAMPLES, over_ball
 
 
-class SphereLight(AbstractLight):
+class SphereLight(AbstractFadingLight):
     """A ball that shines: centre and radius in metres, and the colour that arrives of all of it.
 
     With `samples` = 0 one ray to its middle decides how much of it is seen (Parker et al. 3.2): an occluder whose
@@ -57,10 +57,6 @@ class SphereLight(AbstractLight):
         self.name, self.clamped = name, checked_clamp(clamped, attenuation, place)
         read_rows(self, place, centre=centre, radius=radius, colour=colour, samples=samples, attenuation=attenuation)
 
-    @property
-    def held(self) -> bool:
-        return self.clamped is not False
-
     def at(self, place, share: float = 1.0) -> PointLight:
         """A point light at one of its points, with a share of its colour."""
         return PointLight(
@@ -69,8 +65,7 @@ class SphereLight(AbstractLight):
 
     def arriving(self, point: Vec3) -> tuple[Vec3, Float[Array, "*n"], Vec3]:
         """As of a point at its middle."""
-        direction, distance = way_to(self.centre, point)
-        return direction, distance, fading(vec3(self.colour), self.attenuation, distance, self.held)
+        return self.arriving_from(self.centre, point)
 
     def members(self) -> tuple[AbstractLight, ...]:
         if not self.samples:
@@ -87,18 +82,5 @@ class SphereLight(AbstractLight):
     def sampled(self, samples: int) -> "SphereLight":
         return changed(self, samples=samples)
 
-    def brightest(self) -> np.ndarray:
-        return brightest_of(self.colour, self.attenuation, self.held)
-
-    def held_within(self) -> float:
-        return held_within(self.attenuation) if self.held else 0.0
-
     def place(self) -> np.ndarray:
         return np.asarray(self.centre, np.float64)
-
-    @property
-    def fades(self) -> bool:
-        return self.attenuation is not None
-
-    def without_fading(self) -> "SphereLight":
-        return changed(self, attenuation=None, clamped=None)
