@@ -31,7 +31,8 @@ ALIKE = 0.9
 pixel of 2.5 degrees here, in which a footprint is a coarse thing (measured: 0.953 and more)."""
 
 NAMES = [parameter.name for parameter in dw.parameters(one_of_each())]
-BRANCHES = tuple(name for name in NAMES if name.endswith((".k_s", ".k_t")))
+SWITCHES = tuple(name for name in NAMES if name.endswith((".k_s", ".k_t", ".extinction")))
+"""Numbers that start an effect when they leave zero."""
 
 
 def found(name: str) -> dw.Parameter:
@@ -46,7 +47,7 @@ def programs(moving: bool):
     `test_edges` tells); where nothing does it is one point, with mirrors and glass.
     """
     scene, depth = one_of_each(), 1 if moving else 2
-    camera, free = scene.cameras["main"], () if moving else BRANCHES
+    camera, free = scene.cameras["main"], () if moving else SWITCHES
     plans = [dw.plan(scene, camera, footprint=trees, free=free, max_depth=depth) for trees in (int(moving), 0)]
     plans = [plan.with_capacity(2 * plan.capacity) for plan in plans]
 
@@ -115,7 +116,7 @@ def test_the_derivative_in_every_number(name):
     scene, parameter = one_of_each(), found(name)
     moving = parameter.row.moves != "nothing"
     slope, points = programs(moving)
-    why = idle(scene, parameter, (*BRANCHES, name), max_depth=1 if moving else 2, cameras=("main",))
+    why = idle(scene, parameter, (*SWITCHES, name), max_depth=1 if moving else 2, cameras=("main",))
     along_all, truth_all = [], []
     for unknown in list_unknowns(scene, [name]):
         (value,) = values_in(scene, [unknown], scene)

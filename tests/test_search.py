@@ -17,9 +17,9 @@ from diffwhitted.geometry import (
     compiled,
     crossing_counts,
     searcher,
-    tested_for_blocked,
-    tested_for_nearest,
 )
+from diffwhitted.geometry import tested_for_blocked as boxes_for_blocked
+from diffwhitted.geometry import tested_for_nearest as boxes_for_nearest
 from diffwhitted.numerics._vector import vec3
 from diffwhitted.shapes import Spheres, Triangles
 
@@ -249,11 +249,11 @@ def row_of_spheres() -> Shapes:
 )
 def test_tests_of_a_ray_counted_by_hand(origin, direction, nearest, blocked):
     shapes, ray = row_of_spheres(), ray_of(np.asarray([origin], float), np.asarray([direction], float))
-    found = tested_for_nearest(shapes, ray, free(1), jnp.ones(1, bool))
+    found = boxes_for_nearest(shapes, ray, free(1), jnp.ones(1, bool))
     assert (int(found.boxes[0]), int(found.surfaces[0])) == nearest
-    found = tested_for_blocked(shapes, ray, free(1), jnp.full(1, 10.0), None)
+    found = boxes_for_blocked(shapes, ray, free(1), jnp.full(1, 10.0), None)
     assert (int(found.boxes[0]), int(found.surfaces[0])) == blocked
-    assert int(tested_for_blocked(shapes, ray, free(1), jnp.zeros(1), None).boxes[0]) == 0
+    assert int(boxes_for_blocked(shapes, ray, free(1), jnp.zeros(1), None).boxes[0]) == 0
 
 
 class Counting:
@@ -277,8 +277,8 @@ def test_the_machine_code_tests_the_same_boxes_and_surfaces(kind):
     shapes, ray, count = Shapes((family,), boxes=(boxes,)), ray_of(origin, direction), len(origin)
     limit = np.random.default_rng(7).uniform(0.2, 2, count)
     ours = [
-        tested_for_nearest(shapes, ray, free(count), jnp.ones(count, bool)),
-        tested_for_blocked(shapes, ray, free(count), jnp.asarray(limit), None),
+        boxes_for_nearest(shapes, ray, free(count), jnp.ones(count, bool)),
+        boxes_for_blocked(shapes, ray, free(count), jnp.asarray(limit), None),
     ]
     flags, nothing = np.ones(family.count, np.int32), np.zeros(0, np.int32)
     for found, mode, far in zip(ours, (0, 1), (np.full(count, np.inf), limit), strict=True):

@@ -27,7 +27,7 @@ class SurfacePoint(eqx.Module):
     """It came from the outer side."""
     material: Int[Array, "n"]
     models: dict[str, Int[Array, "n"]]
-    """What its material has chosen, by the name of the choice (see `Tables.models`)."""
+    """What its material has chosen, by the name of the choice (see `CHOICES`)."""
     coefficients: dict[str, Vec3 | Float[Array, "n"]]
     """By name, with their textures applied."""
     index_here: Float[Array, "n"] | None

@@ -23,6 +23,7 @@ from ._classes import CLASS_NAMES, CLASSES, FresnelModel
 from ._coefficients import BY_NAME, COEFFICIENTS, coefficients, including_coefficient
 from ._hemisphere import Ambient, Hemisphere, most_ambient
 from ._material import (
+    CHOICES,
     FRESNEL_MODELS,
     HIGHLIGHTS,
     MOST_ROUGHNESS_SAMPLES,
@@ -65,9 +66,9 @@ from .textures import TEXTURES, AbstractTexture, Checker, ImageTexture, TextureP
 
 __all__ = [
     "AbstractBackground", "AbstractCamera", "AbstractLight", "AbstractObject", "AbstractTexture", "Ambient",
-    "BACKGROUNDS", "BY_NAME", "Border", "Box", "CAMERAS", "CLASSES", "CLASS_NAMES", "COEFFICIENTS", "Camera",
-    "Checker", "Cone", "ConstantBackground", "Cylinder", "DEEPEST", "DISTANCE_FADE", "DirectionalLight", "Disc",
-    "EnvironmentBackground", "FAMILIES", "FRESNEL_MODELS", "FresnelModel", "GradientBackground", "HIGHLIGHTS",
+    "BACKGROUNDS", "BY_NAME", "Border", "Box", "CAMERAS", "CHOICES", "CLASSES", "CLASS_NAMES", "COEFFICIENTS",
+    "Camera", "Checker", "Cone", "ConstantBackground", "Cylinder", "DEEPEST", "DISTANCE_FADE", "DirectionalLight",
+    "Disc", "EnvironmentBackground", "FAMILIES", "FRESNEL_MODELS", "FresnelModel", "GradientBackground", "HIGHLIGHTS",
     "HarmonicBackground", "Hemisphere", "HighlightModel", "ImageTexture", "LIGHTS", "MOST_ROUGHNESS_SAMPLES",
     "MOST_SAMPLES", "Marks", "Material", "Mesh", "OBJECTS", "OrthographicCamera", "POSE", "Parameter", "Patch",
     "PixelFilter", "Plane", "PointLight", "Polygon", "Polyhedron", "Precision", "Quadric", "ROUGHNESS_SAMPLES",

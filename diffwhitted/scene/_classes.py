@@ -55,8 +55,5 @@ CLASSES: tuple[MaterialClass, ...] = (
 )  # fmt: skip
 """The classes that there are, the default first."""
 
-CLASS_NAMES: tuple[str, ...] = tuple(row.name for row in CLASSES)
-
-
-def class_row(name: str) -> MaterialClass:
-    return next(row for row in CLASSES if row.name == name)
+CLASS_BY_NAME: Mapping[str, MaterialClass] = {row.name: row for row in CLASSES}
+CLASS_NAMES: tuple[str, ...] = tuple(CLASS_BY_NAME)

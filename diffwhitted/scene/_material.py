@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 from .._errors import SceneError
 from ..records import is_traced, listed, nearest_name, number_array, require, whole_number
-from ._classes import CLASS_NAMES, FRESNEL, MaterialClass, class_row
+from ._classes import CLASS_BY_NAME, CLASS_NAMES, FRESNEL, MaterialClass
 from ._coefficients import BY_NAME, SWITCHED, coefficients
 from ._dispersion import Curve, read_dispersion, written_dispersion
 
@@ -106,7 +106,7 @@ class Material(eqx.Module):
     @property
     def kind(self) -> MaterialClass:
         """The row of its class."""
-        return class_row(self.class_)
+        return CLASS_BY_NAME[self.class_]
 
     @property
     def fresnel_model(self) -> str:
@@ -155,6 +155,11 @@ class Material(eqx.Module):
     def at_work(self, name: str) -> Any:
         """The value of a coefficient as light sees it: an absent k_h is k_s."""
         return self.values[self.source_of(name)]
+
+    def all_at_work(self) -> dict[str, Any]:
+        """The values of all coefficients as light sees them."""
+        values, source_of = self.values, self.source_of
+        return {name: values[source_of(name)] for name in values}
 
 
 CHOICES: Mapping[str, tuple[tuple, Callable[[Material], Any]]] = {

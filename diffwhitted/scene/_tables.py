@@ -19,7 +19,7 @@ from ..geometry import Shapes, Sheets
 from ..numerics._vector import Vec3, vec3
 from ..records import changed, grouped, is_traced, stacked
 from ..shapes import OBJECTS, SHADING, AbstractObject
-from ._coefficients import coefficients
+from ._coefficients import SWITCHED, coefficients
 from ._dispersion import departures
 from ._hemisphere import Hemisphere
 from ._material import CHOICES, Material, textured_rows
@@ -51,10 +51,12 @@ class Tables(eqx.Module):
 
     shapes: Shapes
     coefficients: dict[str, Vec3 | Float[Array, "materials"]]
-    """By name, columns over the materials; those that may be a colour as three columns."""
+    """By name, columns over the materials; those that may be a colour as three columns. Of `SWITCHED` those that some
+    material states.
+    """
     material_of: Int[Array, "objects"]
-    models: dict[str, Int[Array, "materials"]]
-    """What each material has chosen, by the name of the choice: the place of its word among the words there are."""
+    models: Int[Array, "choices materials"]
+    """What each material has chosen, in the order of `CHOICES`: the place of its word among the words there are."""
     texture_of: dict[str, Int[Array, "materials"]]
     """For each coefficient that has a texture somewhere: the number of the texture, -1 for none."""
     textures: tuple[AbstractTexture, ...]
@@ -75,8 +77,9 @@ class Tables(eqx.Module):
     """Does it let light through as it is? What does not is no medium and reflects nothing totally."""
     glass_of: Int[Array, "surfaces"]
     """The place in `marks.glass` of the material of each surface, -1 for none."""
-    shading: Int[Array, "objects"]
-    """How light is interpolated over each object, the place of its word in `SHADING`; "phong" for most."""
+    shading: Int[Array, "objects"] | None
+    """How light is interpolated over each object, the place of its word in `SHADING`; None where no object has corners.
+    """
     rank: Int[Array, "objects"]
     """The order of the objects by their size, smallest first: where solids overlap, the first one counts."""
     marks: Marks
@@ -113,12 +116,13 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
     objects, names = numbered_objects(scene), material_names(scene)
     materials = [scene.materials[name] for name in names]
     # Stack the coefficients, and find which texture multiplies which of them.
-    columns = {row.name: [m.at_work(row.name) for m in materials] for row in coefficients()}
-    table = {row.name: _column(columns[row.name], row.coloured) for row in coefficients()}
+    rows = [row for row in coefficients() if row.name not in SWITCHED or any(row.name in m.switched for m in materials)]
+    values = [m.all_at_work() for m in materials]
+    table = {row.name: _column([held[row.name] for held in values], row.coloured) for row in rows}
     textures, texture_number = grouped([scene.textures[name].tabled() for name in texture_names(scene)])
     number_of = dict(zip(texture_names(scene), texture_number.tolist(), strict=True))
     texture_of = {}
-    for row in textured_rows():
+    for row in textured_rows() if textures else ():
         worn = [m.texture_at_work(row.name) for m in materials]
         if any(worn):
             texture_of[row.name] = jnp.asarray([-1 if w is None else number_of[w] for w in worn], jnp.int32)
@@ -134,10 +138,9 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         shapes=shapes,
         coefficients=table,
         material_of=jnp.asarray(material_of),
-        models={
-            name: jnp.asarray([words.index(choice(m)) for m in materials], jnp.int32)
-            for name, (words, choice) in CHOICES.items()
-        },
+        models=jnp.asarray(
+            [[words.index(choice(m)) for m in materials] for words, choice in CHOICES.values()], jnp.int32
+        ),
         texture_of=texture_of,
         textures=textures,
         lights=tabled_lights(scene)[0],
@@ -152,12 +155,18 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         transparent=marks.wanted["k_t"] | _some(table["k_t"]),
         clear=_some(table["k_t"], gt),
         glass_of=shapes.by_surface(place_in_glass[material_of]),
-        shading=jnp.asarray([SHADING.index(thing.interpolation or "phong") for thing in objects], jnp.int32),
+        shading=_shading(objects),
         rank=_ranked(objects),
         marks=changed(marks, boxes=()),
         departures=_departures(scene, materials),
         seed=jnp.int32(scene.seed) if any(m.is_rough for m in materials) else None,
     )
+
+
+def _shading(objects: Sequence[AbstractObject]):
+    if not any(type(thing).INTERPOLATES for thing in objects):
+        return None
+    return jnp.asarray([SHADING.index(thing.interpolation or "phong") for thing in objects], jnp.int32)
 
 
 def _departures(scene: Scene, materials: Sequence[Material]):
@@ -236,7 +245,10 @@ def _column(values: list, coloured: bool):
             return value
         return jnp.broadcast_to(value, (3,)) if is_traced(value) else np.broadcast_to(value, 3)
 
-    return vec3(stacked(list(map(three, values))))
+    if any(map(is_traced, values)):
+        return vec3(stacked(list(map(three, values))))
+    # Taken apart on the host: an array of JAX takes long to slice.
+    return Vec3(*map(jnp.asarray, np.stack([np.asarray(three(value)) for value in values], axis=1)))
 
 
 def _some(coefficient: Vec3 | Float[Array, "materials"], than: Callable = ne) -> Bool[Array, "materials"]:

@@ -53,6 +53,7 @@ class Mesh(AbstractObject):
             "where normals are stated, else flat.", default=None, choices=SHADING,
             source="Hearn and Baker (14-37) to (14-45)"),
     )  # fmt: skip
+    INTERPOLATES: ClassVar[bool] = True
     FAMILY: ClassVar[type[AbstractSurfaces]] = Triangles
 
     vertices: Float[Array, "v 3"]

@@ -40,6 +40,8 @@ class AbstractObject(eqx.Module):
 
     ROUND: ClassVar[bool] = False
     """It is its own bounding sphere."""
+    INTERPOLATES: ClassVar[bool] = False
+    """Its surfaces have corners, between which light is interpolated (see `interpolation`)."""
     FLAT: ClassVar[bool] = False
     """It lies in one plane, and so never stands between its own points and a light."""
 

@@ -1,6 +1,6 @@
 """What is asked of a scene when its effects are decided: which coefficients are at work, and why."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,12 +22,22 @@ class Asked:
     trees: int
     """The footprint."""
 
+    @cached_property
+    def made_of(self) -> Mapping[str, AbstractObject]:
+        """The materials in use by name, each with its first object, in the order of the objects."""
+        first: dict[str, AbstractObject] = {}
+        for thing in self.scene.objects:
+            first.setdefault(thing.material, thing)
+        return first
+
+    def first_made_of(self, why: Callable[[str], str | None]) -> str | None:
+        """The first object for whose material (by name) there is a reason, with the reason, or None."""
+        found = ((thing.name, why(material)) for material, thing in self.made_of.items())
+        return next((f"object {name!r}: {reason}" for name, reason in found if reason), None)
+
     def first_with(self, coefficient: str) -> str | None:
         """The first object for which a coefficient is at work, with the reason, or None."""
-        for thing in self.scene.objects:
-            if reason := self.reasons.get((thing.material, coefficient)):
-                return f"object {thing.name!r}: {reason}"
-        return None
+        return self.first_made_of(lambda material: self.reasons.get((material, coefficient)))
 
     def users(self, coefficient: str) -> list[AbstractObject]:
         """The objects for which a coefficient is at work."""

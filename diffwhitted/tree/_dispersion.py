@@ -25,9 +25,10 @@ def at_band(tables: Tables, plan: Plan, samples: Samples) -> Tables:
     """
     if plan.bands == 1:
         return tables
-    index, abbe = tables.coefficients["refractive_index"], tables.coefficients["abbe_number"]
-    apart = jnp.asarray(spread(wavelengths(plan.bands)), index.dtype)[_band(plan, samples)]
-    bent = index + (index - 1) * safe_divide(1, abbe) * apart
+    bent = index = tables.coefficients["refractive_index"]
+    if "abbe_number" in tables.coefficients:
+        apart = jnp.asarray(spread(wavelengths(plan.bands)), index.dtype)[_band(plan, samples)]
+        bent = index + (index - 1) * safe_divide(1, tables.coefficients["abbe_number"]) * apart
     if tables.departures is not None:
         bent = bent + tables.departures[:, _band(plan, samples)].astype(index.dtype)
     return replace(tables, coefficients=tables.coefficients | {"refractive_index": bent})

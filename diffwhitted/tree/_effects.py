@@ -98,7 +98,7 @@ class Effect:
     most: Callable[[Scene, str, dict[str, np.ndarray]], dict[str, np.ndarray]] = lambda scene, name, most: most
     """What it makes, at most, of the coefficients of a material, (3,) each."""
     models: tuple[str, ...] = ()
-    """The choices of materials that it reads (see `Tables.models`)."""
+    """The choices of materials that it reads (see `CHOICES`)."""
     indices: bool = False
     """It looks at the refractive indices on both sides."""
 
@@ -242,7 +242,7 @@ class Effects:
         return self.refraction or any(row.indices for row in effect_rows() if row.name in self.on)
 
     def choices(self, highlights: Collection[str]) -> list[str]:
-        """What a point has to know of the choices of its material (see `Tables.models`), with these highlights."""
+        """What a point has to know of the choices of its material (see `CHOICES`), with these highlights."""
         read = {name for row in effect_rows() if row.name in self.on for name in row.models}
         return sorted(read | ({"highlight"} if self.highlight and len(highlights) > 1 else set()))
 

@@ -13,7 +13,7 @@ from ..numerics._safe import safe_divide
 from ..numerics._stage import packed, stage
 from ..numerics._vector import Vec3, dot, lookup, where
 from ..records import member_count
-from ..scene import Tables
+from ..scene import CHOICES, Tables
 from ..scene.textures import AbstractTexture, TexturePoint
 from ._arrival import Arrival
 from ._effects import effect_rows
@@ -49,7 +49,7 @@ def made_of(tables: Tables, plan: Plan, at: Arrival, needed, names: Sequence[str
         distance=at.distance,
         entering=at.entering,
         material=material,
-        models={name: lookup(tables.models[name], material) for name in chosen},
+        models={name: lookup(tables.models[list(CHOICES).index(name)], material) for name in chosen},
         coefficients=coefficients,
         index_here=here,
         index_beyond=beyond,

@@ -40,7 +40,7 @@ class Varied:
 
         leaves, structure = jax.tree.flatten(tangents, is_leaf=is_zero)
         tables, camera, samples = tangents
-        indices = [tables.coefficients[row.name] for row in coefficients() if row.moves_rays]
+        indices = [tables.coefficients.get(row.name) for row in coefficients() if row.moves_rays]
         moving = tables.shapes, indices, camera, samples
         rays_move = not all(map(is_zero, jax.tree.leaves(moving, is_leaf=is_zero)))
         numbers = tuple(n for n, leaf in enumerate(leaves) if not is_zero(leaf))

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import jax
 import numpy as np
 
-from ..scene import AbstractLight, is_traced, most_ambient
+from ..scene import AbstractLight, Material, is_traced, most_ambient
 from ..shapes import AbstractObject
 from ._asked import Asked, frees_ambient
 
@@ -25,10 +25,11 @@ def no_light_around(asked: Asked) -> str | None:
 
 
 def shiny(asked: Asked) -> str | None:
-    for thing in asked.users("k_h"):
-        if asked.scene.materials[thing.material].is_shiny or f"{thing.material}.k_h" in asked.free:
-            return f"object {thing.name!r}: {asked.reasons[thing.material, 'k_h']}"
-    return None
+    def why(name: str) -> str | None:
+        stated = asked.scene.materials[name].is_shiny or f"{name}.k_h" in asked.free
+        return asked.reasons.get((name, "k_h")) if stated else None
+
+    return asked.first_made_of(why)
 
 
 def flat(asked: Asked) -> str | None:
@@ -75,7 +76,7 @@ def second_glass(asked: Asked) -> str | None:
     if len(glass) > 1:
         return f"objects {glass[0].name!r} and {glass[1].name!r} are both transparent"
     others = [thing for thing in asked.scene.objects if thing is not glass[0]]
-    if coat := next((thing for thing in others if _looks_at_indices(asked, thing)), None):
+    if coat := next((thing for thing in others if _looks_at_indices(asked, thing.material)), None):
         return f"object {coat.name!r} may stand in {glass[0].name!r}, whose index counts"
     if absorbing(asked) and (within := next((thing for thing in others if _may_overlap(glass[0], thing)), None)):
         return f"object {within.name!r} may stand in {glass[0].name!r}, which absorbs light"
@@ -96,17 +97,18 @@ def touching(asked: Asked) -> str | None:
 
 
 def textured(asked: Asked) -> str | None:
-    for thing in asked.scene.objects:
-        for coefficient, texture in asked.scene.materials[thing.material].textures:
-            if asked.reasons.get((thing.material, coefficient)):
-                return f"object {thing.name!r}: {coefficient}_texture = {texture!r}"
-    return None
+    def why(name: str) -> str | None:
+        worn = (pair for pair in asked.scene.materials[name].textures if asked.reasons.get((name, pair[0])))
+        return next((f"{coefficient}_texture = {texture!r}" for coefficient, texture in worn), None)
+
+    return asked.first_made_of(why)
 
 
 def interpolated(shading: str) -> Reason:
     def reason(asked: Asked) -> str | None:
-        named = [thing.name for thing in asked.scene.objects if thing.interpolation == shading]
-        return f'object {named[0]!r}: shading = "{shading}"' if named else None
+        things = (thing for thing in asked.scene.objects if type(thing).INTERPOLATES)
+        named = (thing.name for thing in things if thing.interpolation == shading)
+        return next((f'object {name!r}: shading = "{shading}"' for name in named), None)
 
     return reason
 
@@ -136,65 +138,68 @@ def with_fresnel(model: str) -> Reason:
     """Some object's branches are weighed by this model of the angle."""
 
     def reason(asked: Asked) -> str | None:
-        for thing in asked.scene.objects:
-            material = asked.scene.materials[thing.material]
-            if material.fresnel_model == model and _splits(asked, thing):
-                return f"object {thing.name!r}: {_chosen(material)}"
-        return None
+        def why(name: str) -> str | None:
+            material = asked.scene.materials[name]
+            return _chosen(material) if material.fresnel_model == model and _splits(asked, name) else None
+
+        return asked.first_made_of(why)
 
     return reason
 
 
-def _chosen(material) -> str:
+def _chosen(material: Material) -> str:
     kind = "" if material.class_ == "whitted" else f'class = "{material.class_}", '
     return f'{kind}fresnel = "{material.fresnel}"'
 
 
-def _splits(asked: Asked, thing: AbstractObject) -> bool:
-    return any(asked.reasons.get((thing.material, name)) for name in ("k_s", "k_t"))
+def _splits(asked: Asked, material: str) -> bool:
+    return any(asked.reasons.get((material, name)) for name in ("k_s", "k_t"))
 
 
 def coated(asked: Asked) -> str | None:
     """Some object is polished."""
-    for thing in asked.scene.objects:
-        if asked.scene.materials[thing.material].class_ == "polished":
-            return f'object {thing.name!r}: class = "polished"'
-    return None
+    polished = 'class = "polished"'
+    return asked.first_made_of(lambda name: polished if asked.scene.materials[name].class_ == "polished" else None)
 
 
 def weighed_highlight(asked: Asked) -> str | None:
     """Some object's highlight is weighed by the angle."""
-    for thing in asked.users("k_h"):
-        if asked.scene.materials[thing.material].fresnel_highlight:
-            return f"object {thing.name!r}: fresnel_highlight = true"
-    return None
+
+    def why(name: str) -> str | None:
+        weighed = asked.scene.materials[name].fresnel_highlight and asked.reasons.get((name, "k_h"))
+        return "fresnel_highlight = true" if weighed else None
+
+    return asked.first_made_of(why)
 
 
 def absorbing(asked: Asked) -> str | None:
     """Some object absorbs light on its way inside."""
-    for thing in asked.users("k_t"):
-        if reason := asked.reasons.get((thing.material, "extinction")):
-            return f"object {thing.name!r}: {reason}"
-    return None
+
+    def why(name: str) -> str | None:
+        return asked.reasons.get((name, "extinction")) if asked.reasons.get((name, "k_t")) else None
+
+    return asked.first_made_of(why)
 
 
-def _looks_at_indices(asked: Asked, thing: AbstractObject) -> bool:
-    """Opaque, and what it sends back hangs on what it stands in."""
-    material = asked.scene.materials[thing.material]
-    bent = material.fresnel_model in ("exact", "schlick") and (material.fresnel_highlight or _splits(asked, thing))
-    return bent and not asked.reasons.get((thing.material, "k_t"))
+def _looks_at_indices(asked: Asked, name: str) -> bool:
+    """Is a material opaque, and what it sends back hangs on what it stands in?"""
+    material = asked.scene.materials[name]
+    bent = material.fresnel_model in ("exact", "schlick") and (material.fresnel_highlight or _splits(asked, name))
+    return bent and not asked.reasons.get((name, "k_t"))
 
 
 def dispersing(asked: Asked) -> str | None:
     """Some object's index hangs on the wavelength, and is looked at."""
-    for thing in asked.scene.objects:
-        material = asked.scene.materials[thing.material]
-        reason = f"{thing.material}.abbe_number" if "abbe_number" in material.switched else None
-        reason = f"dispersion = {material.dispersion}" if material.curve else reason
-        bent = asked.reasons.get((thing.material, "k_t")) or _looks_at_indices(asked, thing)
-        if reason and bent:
-            return f"object {thing.name!r}: {reason}"
-    return None
+
+    def why(name: str) -> str | None:
+        material = asked.scene.materials[name]
+        if not (asked.reasons.get((name, "k_t")) or _looks_at_indices(asked, name)):
+            return None
+        if material.curve:
+            return f"dispersion = {material.dispersion}"
+        return f"{name}.abbe_number" if "abbe_number" in material.switched else None
+
+    return asked.first_made_of(why)
 
 
 def one_band(asked: Asked) -> str | None:
@@ -203,7 +208,8 @@ def one_band(asked: Asked) -> str | None:
 
 def rough(asked: Asked) -> str | None:
     """Some object sends its rays on along normals that vary."""
-    for thing in asked.scene.objects:
-        if asked.scene.materials[thing.material].is_rough and _splits(asked, thing):
-            return f"object {thing.name!r}: {thing.material}.roughness"
-    return None
+
+    def why(name: str) -> str | None:
+        return f"{name}.roughness" if asked.scene.materials[name].is_rough and _splits(asked, name) else None
+
+    return asked.first_made_of(why)
