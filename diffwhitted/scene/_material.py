@@ -133,11 +133,14 @@ class Material(eqx.Module):
         }
         return (*fixed, *(key for key, value in defaults.items() if getattr(self, key) == value))
 
-    def source_of(self, name: str) -> str:
-        """The coefficient whose value works in its place: k_s of an absent k_h, k_d of the k_a of a polished one."""
-        if name == "k_h" and self.values["k_h"] is None:
-            return "k_s"
-        return self.kind.follows.get(name, name)
+    @property
+    def sources(self) -> Mapping[str, str]:
+        """For each coefficient the one whose value works in its place, mostly itself: k_s for an absent k_h, k_d for
+        the k_a of a polished one.
+        """
+        values, follows = self.values, self.kind.follows
+        found = {name: follows.get(name, name) for name in values}
+        return found | {"k_h": "k_s"} if values["k_h"] is None else found
 
     def texture_at_work(self, name: str) -> str | None:
         """The texture that multiplies a coefficient as light sees it."""
@@ -154,12 +157,12 @@ class Material(eqx.Module):
 
     def at_work(self, name: str) -> Any:
         """The value of a coefficient as light sees it: an absent k_h is k_s."""
-        return self.values[self.source_of(name)]
+        return self.values[self.sources[name]]
 
     def all_at_work(self) -> dict[str, Any]:
         """The values of all coefficients as light sees them."""
-        values, source_of = self.values, self.source_of
-        return {name: values[source_of(name)] for name in values}
+        values = self.values
+        return {name: values[source] for name, source in self.sources.items()}
 
 
 CHOICES: Mapping[str, tuple[tuple, Callable[[Material], Any]]] = {

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from .._errors import SceneError
-from ..scene import Scene, Sheet, is_traced, shared_sheets
+from ..scene import Material, Scene, Sheet, is_traced, shared_sheets
 from ..shapes import AbstractObject
 
 
@@ -59,9 +59,9 @@ class Asked:
     def reasons(self) -> Mapping[tuple[str, str], str]:
         """Why a coefficient of a material is at work, where it is."""
         found = (
-            ((name, coefficient), calls_for(self.scene, name, coefficient, self.free))
+            ((name, coefficient), _reason(material, name, coefficient, source, self.free))
             for name, material in self.scene.materials.items()
-            for coefficient in material.values
+            for coefficient, source in material.sources.items()
         )
         return {at: reason for at, reason in found if reason}
 
@@ -78,13 +78,18 @@ def frees_ambient(free: Collection[str]) -> bool:
 
 def calls_for(scene: Scene, material: str, coefficient: str, free: Collection[str] = ()) -> str | None:
     """Why a coefficient of a material is at work ("glass.k_t = 0.7", "... is free"), or None if it is zero."""
-    record, name = scene.materials[material], f"{material}.{coefficient}"
+    record = scene.materials[material]
+    return _reason(record, material, coefficient, record.sources[coefficient], free)
+
+
+def _reason(record: Material, material: str, coefficient: str, source: str, free: Collection[str]) -> str | None:
+    """`calls_for`, for a coefficient whose value is that of another one, its source."""
     if coefficient == "k_h" and record.highlight == "off":
         return None
-    source = record.source_of(coefficient)
+    name = f"{material}.{coefficient}"
     if source != coefficient and f"{material}.{source}" in free:
         return f"{material}.{source} is free and gives {coefficient}"
-    value = record.at_work(coefficient)
+    value = record.values[source]
     if name in free:
         return f"{name} is free in the fit"
     if is_traced(value):
