@@ -12,7 +12,7 @@ from ._scene import FOLDER
 
 BENCHMARKS = (
     "forward", "derivatives", "compile", "edges", "accuracy", "textures", "fit", "coverage", "memory", "waiting",
-    "search", "spd", "display", "environment",
+    "search", "spd", "display", "environment", "materials",
 )  # fmt: skip
 
 

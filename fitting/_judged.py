@@ -13,6 +13,7 @@ from ._result import FitView
 from .judging._active import Held, gauss_newton
 from .judging._constrained import uncertainty_within
 from .judging._evidence import evidence, narrowed, robust_errors, scatter
+from .judging._faint import faint_highlights, said_of, with_faint
 from .judging._identifiability import QUANTILE, Uncertainty, uncertainty
 from .judging._misfit import agree_more_than, at_rounding_level, is_structured, neighbours_agree, times_the_noise
 from .judging._rest import jacobian_precision, on_bound, residual_noise, rest_share, unsettled
@@ -50,6 +51,8 @@ class Judged:
     """Which coefficients are not at rest."""
     noise: float
     """Standard deviation of the pixels, linear."""
+    residual: float
+    """That of the residuals, weighed."""
     views: tuple[FitView, ...]
     at_rounding: bool
     misfit: bool
@@ -58,6 +61,21 @@ class Judged:
 
 def judged(scene: Scene, targets: Sequence[CheckedTarget], end: Settled) -> Judged:
     """The end of a fit, judged; where pictures are of whole numbers, by their codes."""
+    found, unknowns = _as_it_ended(scene, targets, end), end.problem.unknowns
+    faint = faint_highlights(unknowns, found.values, found.known)
+    if not faint or end.solution.interrupted:
+        return found
+    # What no pixel shows need not be at rest.
+    unseen = {unknowns[k].name for highlight in faint for k in (highlight.exponent, *highlight.shares)}
+    return replace(
+        found,
+        known=with_faint(found.known, faint, end.problem, found.values, found.residual),
+        moving=[name for name in found.moving if name not in unseen],
+        notes=[said_of(faint, unknowns), *found.notes],
+    )
+
+
+def _as_it_ended(scene: Scene, targets: Sequence[CheckedTarget], end: Settled) -> Judged:
     best, unknowns, weighing = end.solution, end.problem.unknowns, end.weighing
     given, eps, precision = targets[0].noise is not None, float(jnp.finfo(scene.dtype).eps), jacobian_precision(scene)
     noises = weighing.deviations if given or weighing.estimated else (None,) * len(targets)
@@ -87,6 +105,7 @@ def judged(scene: Scene, targets: Sequence[CheckedTarget], end: Settled) -> Judg
         on_bound(best.values, unknowns),
         [u.name for u, moves in zip(unknowns, step, strict=True) if moves],
         float(noise * np.sqrt(residual_count(targets)) * weighing.typical(targets)),
+        noise,
         views,
         rounding,
         False,

@@ -69,6 +69,7 @@ def test_all_notebooks_are_there():
         "3_why_edges_matter.ipynb",
         "4_what_accuracy_costs.ipynb",
         "5_a_photograph.ipynb",
+        "6_what_can_a_picture_tell.ipynb",
     ]
 
 

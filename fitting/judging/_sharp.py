@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .._result import FitResult
+from .._result import FitResult, FittedCoefficient
 from ..problem._problem import Problem, pass_rows
 
 SHARP = 300.0
@@ -34,16 +34,19 @@ def too_sharp(problem: Problem, values: np.ndarray) -> tuple[str, ...]:
 
 
 def without_sharp(result: FitResult, names: Sequence[str]) -> FitResult:
-    """The result, where these exponents are not determined."""
+    """The result, where these exponents are not determined, nor how much their highlights send back."""
     if not names or result.status in ("interrupted", "not_converged"):
         return result
     said = "its highlight is smaller than a pixel, so the picture does not tell how sharp it is"
-    coefficients = tuple(
-        replace(c, identifiable=False, standard_error=None, interval_95=None, further=(*c.further, said))
-        if c.name in names
-        else c
-        for c in result.coefficients
-    )
+    owners = {name.rpartition(".")[0] for name in names}
+
+    def told(c: FittedCoefficient) -> FittedCoefficient:
+        owner, _, what = c.name.partition(".")
+        if c.name not in names and not (owner in owners and what.partition(".")[0] == "k_h"):
+            return c
+        return replace(c, identifiable=False, standard_error=None, interval_95=None, further=(*c.further, said))
+
+    coefficients = tuple(map(told, result.coefficients))
     message = f"the pictures do not determine {', '.join(names)}: the highlight is smaller than a pixel"
     _, _, rest = result.message.partition("; ")
     first = result.message.partition("; ")[0] if result.status == "not_identifiable" else ""
