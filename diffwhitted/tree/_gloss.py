@@ -14,7 +14,7 @@ from jaxtyping import Array, Float, Int
 
 from ..geometry import towards
 from ..numerics._safe import normalise
-from ..numerics._vector import Vec3, lookup, where
+from ..numerics._vector import Vec3, lookup, tangents, where
 from ..scene import Tables
 from ._arrival import Arrival, Origin
 from ._made_of import material_at
@@ -36,7 +36,7 @@ def roughened(tables: Tables, plan: Plan, at: Arrival, chance: tuple[Int[Array, 
     column, row, level, draw = chance
     roughness = lookup(tables.coefficients["roughness"], material_at(tables, jnp.maximum(at.object, 0)))
     first, second = _normal_pair(_mixed(tables.seed, column, row, level), draw // plan.bands, roughness.dtype)
-    one, other = _tangents(at.shading_normal)
+    one, other = tangents(at.shading_normal)
     bent = normalise(at.shading_normal + one * (first * roughness) + other * (second * roughness))
     bent = towards(at.direction, bent)
     return replace(at, shading_normal=where((roughness > 0) & (at.object >= 0), bent, at.shading_normal))
@@ -66,14 +66,3 @@ def _mixed(*numbers) -> Int[Array, "n"]:
         total = (total ^ (total >> 13)) * jnp.uint32(0xC2B2AE35)
         total = total ^ (total >> 16)
     return total
-
-
-def _tangents(normal: Vec3) -> tuple[Vec3, Vec3]:
-    """Two unit vectors at right angles to a normal and to each other (Duff et al. 2017)."""
-    sign = jnp.where(normal.z < 0, -1.0, 1.0).astype(normal.dtype)
-    a = -1 / (sign + normal.z)
-    b = normal.x * normal.y * a
-    return (
-        Vec3(1 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x),
-        Vec3(b, sign + normal.y * normal.y * a, -normal.y),
-    )

@@ -21,6 +21,7 @@ from ...scene import (
     LIGHTS,
     MOST_ROUGHNESS_SAMPLES,
     OBJECTS,
+    RELIEFS,
     ROUGHNESS_SAMPLES,
     TEXTURES,
     FresnelModel,
@@ -153,6 +154,7 @@ class FileModels:
                 f"{row.name}_texture": (str, optional(f"Name of a texture that multiplies {row.name}."))
                 for row in textured_rows()
             },
+            **{key: (str, optional(meaning)) for key, meaning in RELIEFS.items()},
         )
         self.material.__doc__ = "What a surface is made of; a coefficient is a number or linear RGB."
         self.shot = entry("shot", Shot, Shot.ROWS, True, ShotTable, **shot_fields())
