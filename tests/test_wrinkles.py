@@ -103,9 +103,7 @@ def test_a_pattern_that_is_moved_is_the_same_there(name):
     def at(pattern, places):
         return pattern.at(TexturePoint(vec3(jnp.asarray(places)), vec3(jnp.zeros((50, 3))))).stacked()
 
-    np.testing.assert_allclose(
-        at(PATTERNS[name].moved(by), points + by), at(PATTERNS[name], points), atol=1e-9
-    )
+    np.testing.assert_allclose(at(PATTERNS[name].moved(by), points + by), at(PATTERNS[name], points), atol=1e-9)
 
 
 def test_a_wave_is_lit_by_its_normals():

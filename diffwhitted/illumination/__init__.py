@@ -12,7 +12,7 @@ from ._wrinkles import lit_above_horizon
 
 __all__ = [
     "AROUND", "Bent", "SurfacePoint", "Terms", "ball_beam", "before", "count_bits", "diffuse", "fresnel_highlight",
-    "glass_crossed", "halfway_apart", "light_footprint", "light_terms", "lit", "lit_above_horizon", "lobe", "lobe_mean", "polished",
-    "polished_most", "polished_towards", "reflected_apart", "seen_of_ball", "sees_light", "tint", "whole_power",
-    "within_borders",
+    "glass_crossed", "halfway_apart", "light_footprint", "light_terms", "lit", "lit_above_horizon", "lobe", "lobe_mean",
+    "polished", "polished_most", "polished_towards", "reflected_apart", "seen_of_ball", "sees_light", "tint",
+    "whole_power", "within_borders",
 ]  # fmt: skip

@@ -14,7 +14,7 @@ from jaxtyping import Array, Float, Int
 
 from ..geometry import towards
 from ..numerics._safe import normalise
-from ..numerics._vector import Vec3, lookup, tangents, where
+from ..numerics._vector import lookup, tangents, where
 from ..scene import Tables
 from ._arrival import Arrival, Origin
 from ._made_of import material_at

@@ -111,9 +111,7 @@ def masked(alive: Bool[Array, "n"], values):
     return jax.tree.map(lambda a: jnp.where(alive, a, 0), values)
 
 
-def _arrived(
-    tables: Tables, nodes: Nodes, ray: Ray, footprint: Footprint | None, cone: Cone | None, needed
-) -> Arrival:
+def _arrived(tables: Tables, nodes: Nodes, ray: Ray, footprint: Footprint | None, cone: Cone | None, needed) -> Arrival:
     """How a ray arrives at its recorded surface."""
     surface = nodes.primitive, nodes.crossing, nodes.entering
     if footprint is None:

@@ -109,7 +109,8 @@ class FileModels:
             name=(str, optional("Name of the light, one of a kind; light_1, ... by default.")),
         )
         texture_name = (Name, Field(description="Name of the texture, one of a kind."))
-        self.texture = entries(TEXTURES, False, bases=TABLES, name=texture_name)
+        # Shots have a table called noise too.
+        self.texture = entries(TEXTURES, False, bases=TABLES, beside={"noise": Entry}, name=texture_name)
         self.background = {
             name: entry(name, table.made, table.made.ROWS, base=BACKGROUND_TABLES.get(table.made, Entry))
             if table.made.KEYED

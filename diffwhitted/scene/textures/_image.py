@@ -220,7 +220,8 @@ class ImageTable(AbstractTexture):
     def _spread(self, turns, width):
         """Texels over which a width is spread."""
         height, across = self.size_in_texels
-        return width * safe_sqrt(0.5 * sum((du * across) ** 2 + (dv * height) ** 2 for du, dv in turns))
+        square = sum(((du * across) ** 2 + (dv * height) ** 2 for du, dv in turns), jnp.zeros_like(width))
+        return width * safe_sqrt(0.5 * square)
 
     def _blended(self, point: TexturePoint, of_mapping):
         """What `of_mapping(levels, coordinates)` gives, Vec3 or other arrays, for the mapping, or for the three of

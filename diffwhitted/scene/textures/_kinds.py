@@ -8,6 +8,4 @@ from ._noise import Noise
 from ._texture import AbstractTexture
 from ._waves import Waves
 
-TEXTURES: Registry[AbstractTexture] = Registry(
-    "texture", AbstractTexture, Checker, ImageTexture, Noise, Waves, Dimples
-)
+TEXTURES: Registry[AbstractTexture] = Registry("texture", AbstractTexture, Checker, ImageTexture, Noise, Waves, Dimples)

@@ -88,5 +88,3 @@ def left_of_wave(length: Float[Array, "..."] | float, width: Float[Array, "*n"] 
         return 1.0
     part = jnp.pi * width / length
     return jnp.exp(-jnp.minimum(part * part / 6, 80.0))
-
-

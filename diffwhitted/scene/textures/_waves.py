@@ -26,7 +26,7 @@ class Waves(AbstractPattern):
 
     colours: Float[Array, "2 3"]
     crests: Float[Array, "waves 3"]
-    phase: Float[Array, "waves"]
+    phase: Float[Array | np.ndarray, "waves"]
     """Parts of a wave by which they are ahead in the origin: 0, unless the pattern was moved."""
 
     def __init__(self, colours=COLOURS.default, crests=((1.0, 0.0, 0.0),), place: str = "texture"):
