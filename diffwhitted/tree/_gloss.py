@@ -21,6 +21,8 @@ from ._made_of import material_at
 from ._plan import Plan
 from ._samples import Samples
 
+LEVELS = 128
+"""More than a tree has."""
 STEPS = 0.7548776662466927, 0.5698402909980532
 """Of Roberts' sequence R2: 1/g and 1/g**2 with g**3 = g + 1, as even in the plane as the golden ratio on a line."""
 
@@ -28,7 +30,10 @@ STEPS = 0.7548776662466927, 0.5698402909980532
 def chances(samples: Samples, origin: Origin, level: Int[Array, "n"]) -> tuple[Int[Array, "n"], ...]:
     """What decides on the chance of each ray at a level of its tree: column and row of its pixel, level, and sample."""
     column, row = (at[origin.sample].astype(jnp.int32) for at in (samples.column, samples.row))
-    return column, row, level.astype(jnp.int32), jnp.broadcast_to(samples.draw, column.shape)
+    level = level.astype(jnp.int32)
+    if samples.place is not None:
+        level = level + LEVELS * samples.place[origin.sample]
+    return column, row, level, jnp.broadcast_to(samples.draw, column.shape)
 
 
 def roughened(tables: Tables, plan: Plan, at: Arrival, chance: tuple[Int[Array, "n"], ...]) -> Arrival:
