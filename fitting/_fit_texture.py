@@ -119,6 +119,12 @@ def _map_of(scene: Scene, texture: str):
         raise FitError(
             f"texture {texture!r} is no image texture of the scene; there is {known}.{nearest_name(texture, there)}"
         )
+    for name, material in scene.materials.items():
+        if key := next((key for key, worn in material.relief if worn == texture), None):
+            raise FitError(
+                f"texture {texture!r} is the {key} of material {name!r}, and normals move rays; only a texture that "
+                "multiplies a coefficient can be found texel by texel. Free the material's height_scale instead"
+            )
     return there[texture]
 
 

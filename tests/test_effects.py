@@ -20,6 +20,7 @@ from diffwhitted.tree import EFFECT_NAMES, make_plan, tables_of
 SKY = (0.2, 0.4, 0.8)
 EVEN = np.eye(9)[0][:, None] * SKY * np.sqrt(4 * np.pi)
 """The same as harmonics."""
+WHITE = ((1, 1, 1), (1, 1, 1))
 BEHIND = [[0, 0, 9], [1, 0, 9], [0, 1, 9]]
 
 
@@ -65,7 +66,9 @@ class Variant:
                 ],
                 materials={"paint": dw.Material(**dict(self.ball)), "plain": dw.Material(**dict(self.floor))},
                 lights=[light],
-                textures={"white": dw.Checker(((1, 1, 1), (1, 1, 1)))} if dict(self.floor).get("k_d_texture") else {},
+                textures={"white": dw.Checker(WHITE), "even": dw.Waves(WHITE)}
+                if {"k_d_texture", "height_texture"} & {*dict(self.floor), *dict(self.ball)}
+                else {},
                 background=dw.GradientBackground(SKY, SKY)
                 if self.gradient
                 else dw.HarmonicBackground(EVEN)
@@ -131,6 +134,7 @@ PAIRS = {
     "fresnel_metal": (UNSEEN, dataclasses.replace(UNSEEN, ball=(("class", "metal"), ("k_s", 0.5), ("k_h", 0.0)))),
     "dispersion": (GLASSY, dataclasses.replace(GLASSY, ball=(*BARE.ball, ("abbe_number", 40.0)))),
     "gloss": (MIRRORING, dataclasses.replace(MIRRORING, ball=(*BARE.ball, ("roughness", 0.1)))),
+    "wrinkles": (BARE, Variant(ball=(*BARE.ball, ("height_texture", "even"), ("height_scale", 0.1)))),
     "absorption": (GLASSY, Variant(free=("paint.k_t", "paint.extinction"))),
     "nested_media": (GLASSY, Variant(free=("paint.k_t", "plain.k_t"))),
     "shared_surfaces": (GLASSY, dataclasses.replace(GLASSY, twin=True)),
@@ -256,7 +260,7 @@ def everything():
 
 OF_OTHERS = (
     "environment", "environment_highlight", "polished", "fresnel_highlight", "fresnel_exact", "fresnel_schlick",
-    "fresnel_metal", "absorption", "dispersion", "gloss",
+    "fresnel_metal", "absorption", "dispersion", "gloss", "wrinkles",
 )  # fmt: skip
 """What scenes of other backgrounds and classes of materials call for."""
 

@@ -8,6 +8,9 @@ import pytest
 import diffwhitted as dw
 import fitting
 from diffwhitted._errors import SceneNote
+from diffwhitted.accuracy._reference import reference, rmse
+from diffwhitted.accuracy._survey import swept_knobs
+from diffwhitted.accuracy._tracer import Tracer
 
 WIDTH, HEIGHT = 12, 9
 STEEP = slice(4, None)
@@ -117,3 +120,22 @@ def test_what_is_smooth_has_no_roughness_to_free():
         dw.Material(k_s=1, roughness=0.1, roughness_samples=0)
     with pytest.raises(dw.SceneError, match="seed = -1; allowed is"):
         floor(0.1, seed=-1)
+
+
+def test_a_knob_chooses_the_samples_of_what_is_rough():
+    """What the scene says is left alone; places in a pixel draw by themselves, and come to the mean over normals."""
+    scene = floor(0.08, 16)
+    tracer, expected = Tracer(scene, scene.cameras["main"]), mean_over_normals(0.08)[STEEP].reshape(-1, 3)
+    assert {"roughness_samples"} <= {knob.name for knob in swept_knobs(tracer)} >= {"depth"}
+
+    def traced(normals=None, **how):
+        return tracer.trace(dw.Settings(roughness_samples=normals, **how)).pixels[-len(expected) :]
+
+    np.testing.assert_allclose(traced(), picture(scene)[STEEP].reshape(-1, 3), atol=1e-12)
+    one, many = rmse(traced(1), expected), rmse(traced(64), expected)
+    assert one > 0.01 and many < one / 8
+    assert rmse(traced(1, samples=8), traced(64, samples=8)) < one / 4
+    truth = reference(tracer, np.arange(4 * WIDTH, 5 * WIDTH), variant=dw.Settings(roughness_samples=4))
+    assert str(truth).endswith("4 normals a tree") and rmse(truth.pixels, traced(64)[:WIDTH]) < 1e-3
+    with pytest.raises(dw.SceneError, match="roughness_samples = 0; allowed is a whole number from 1 to 4096"):
+        dw.Settings(roughness_samples=0)

@@ -145,10 +145,10 @@ def test_a_file_is_small_and_says_what_it_is(path):
 PUBLIC = {
     "diffwhitted": """
         Antialiased Bounded Box COEFFICIENTS Camera CapacityError Checker Choice Cone ConstantBackground
-        Cylinder Derivative DirectionalLight Disc Effects EnvironmentBackground Explanation FarFromOrigin
+        Cylinder Derivative Dimples DirectionalLight Disc Effects EnvironmentBackground Explanation FarFromOrigin
         GradientBackground HarmonicBackground Hemisphere ImageTexture InputError KNOBS Knob Layers Material
-        Measured Mesh OrthographicCamera Parameter Patch Plan Plane PointLight Polygon Polyhedron Quadric RayMaps
-        RectangleLight Scene SceneError Settings Shot Sphere SphereLight SphereSet SpotLight Torus WarnLight
+        Measured Mesh Noise OrthographicCamera Parameter Patch Plan Plane PointLight Polygon Polyhedron Quadric RayMaps
+        RectangleLight Scene SceneError Settings Shot Sphere SphereLight SphereSet SpotLight Torus WarnLight Waves
         antialias choose coefficient_value decide_effects derivative explain layers load_scene measure
         parameter_value parameters parse_scene plan ray_maps read_cameras read_image render render_with_bound
         replace_coefficient replace_parameter save_scene scene_schema standard_scene write_image

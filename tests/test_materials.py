@@ -12,11 +12,14 @@ from colour.phenomena import polarised_light_reflection_coefficient
 from conftest import SOON_COMPILED
 
 import diffwhitted as dw
+from diffwhitted.accuracy._materials import has_fresnel, with_materials
+from diffwhitted.accuracy._tracer import Tracer
 from diffwhitted.optics import fresnel_exact, fresnel_schlick, refraction_radicand
 from diffwhitted.tree import make_plan
 
 ROWS = json.loads((Path(__file__).parent / "oracles" / "fresnel.json").read_text())["rows"]
 WIDTH, HEIGHT = 8, 6
+MODELS = {"exact": fresnel_exact, "schlick": fresnel_schlick}
 EXTINCTION = np.array([0.1, 0.5, 2.0])
 
 
@@ -111,6 +114,22 @@ def test_mirror_ray_carries_the_reflectance_times_k_s(model):
     below = cosine > 0
     found = np.asarray(dw.render(scene, scene.cameras["main"]))
     np.testing.assert_allclose(found, np.where(below, expected, 1), atol=1e-12)
+
+
+def test_a_knob_chooses_between_the_models_of_the_angle():
+    """What the scene says is left alone; metals and polished surfaces have one model only."""
+    scene = floor_of(dw.Material(k_s=1, k_h=0, fresnel="exact", refractive_index=1.5))
+    tracer = Tracer(scene, scene.cameras["main"])
+    pictures = {model: tracer.trace(dw.Settings(fresnel=model)).pixels for model in (None, "exact", "schlick")}
+    np.testing.assert_array_equal(pictures[None], pictures["exact"])
+    cosine, index = cosines(scene), 1 / 1.5
+    of = {m: f(cosine, index, refraction_radicand(cosine, index)) for m, f in MODELS.items()}
+    difference = (pictures["schlick"] - pictures["exact"])[:, 0] / pictures["exact"][:, 0]
+    np.testing.assert_allclose(difference, np.asarray(of["schlick"] / of["exact"]).ravel() - 1, atol=1e-9)
+    coated = with_materials(floor_of(dw.Material(class_="polished", k_d=0.5)), "exact", None)
+    assert coated.materials["floor"].fresnel == "schlick" and not has_fresnel(coated)
+    with pytest.raises(dw.SceneError, match="fresnel = 'off'; allowed is exact, schlick"):
+        dw.Settings(fresnel="off")
 
 
 def test_metal_is_its_colour_straight_on_and_white_along_the_surface():

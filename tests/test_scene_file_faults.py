@@ -424,8 +424,10 @@ def limited_keys():
     past = {"minimum": -1, "maximum": 1, "exclusiveMinimum": 0, "exclusiveMaximum": 0}
     models = scene_schema()["$defs"]
     models.pop("RectangleEntry")  # Its samples are tested with the lamps.
-    for inline in ("NoiseEntry", "EnvironmentEntry", "DispersionTable"):  # tested with shots, environments, dispersion
-        models.pop(inline)
+    # Tested with shots, environments, dispersion, wrinkles.
+    for other in ("NoiseEntry", "EnvironmentEntry", "DispersionTable", "Noise_textureEntry", "DimplesEntry"):
+        models.pop(other)
+    models["MaterialEntry"]["properties"].pop("height_scale")  # Likewise.
     for name, model in models.items():
         for key, field in model["properties"].items():
             for limit in sorted(past.keys() & field.keys()):

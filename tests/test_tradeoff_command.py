@@ -53,6 +53,8 @@ def measured(*points, difference=1e-4, tolerance=1 / 255):
     return Tradeoff(8, 6, made, dw.Settings(), tolerance, "many trees", difference, 5, 1.0, np.zeros((6, 8, 3)))
 
 
+NOT_HERE = "light_samples", "shading", "fresnel", "roughness_samples"
+"""No lamp has a size, nothing is a mesh, nothing is weighed by the angle or rough."""
 OWN, FINE, FINER = (
     (dw.Settings(), 0.05, 0.01),
     (dw.Settings(depth=4, footprint=1), 0.0035, 0.21),
@@ -98,9 +100,7 @@ def test_the_command_leaves_files_that_can_be_read(folder):
     assert len(rows) == len(found["points"]) > 20
     assert set(found["points"][0]["settings"]) == {knob.name for knob in dw.KNOBS} <= set(rows[0])
     assert {sweep for point in found["points"] for sweep in point["sweeps"]} >= {
-        knob.name
-        for knob in dw.KNOBS
-        if knob.name not in ("light_samples", "shading")  # no lamp has a size, and nothing is a mesh
+        knob.name for knob in dw.KNOBS if knob.name not in NOT_HERE
     }
     assert found["reference"]["converged"] == (
         found["reference"]["difference"] <= CONVERGED * min(p["rmse"] for p in found["points"])

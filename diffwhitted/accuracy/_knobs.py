@@ -11,8 +11,10 @@ from typing import Any
 from .._errors import SceneError
 from ..records import changed
 from ..rendering._antialias import check_threshold
-from ..scene import DEEPEST, MOST_SAMPLES, Scene, check_footprint, whole_number
+from ..scene import DEEPEST, MOST_ROUGHNESS_SAMPLES, MOST_SAMPLES, Scene, check_footprint, whole_number
 from ..shapes import SHADING
+from ._lamps import with_light_samples
+from ._materials import BOTH, with_materials
 
 STATED = "stated"
 """The shading that each mesh states."""
@@ -69,6 +71,12 @@ def _antialias(value) -> float:
 def _precision(value) -> str:
     if value not in ("float32", "float64"):
         raise SceneError(f"precision = {value!r}; allowed is float32, float64")
+    return value
+
+
+def _fresnel(value) -> str | None:
+    if value not in (None, *BOTH):
+        raise SceneError(f"fresnel = {value!r}; allowed is {', '.join(BOTH)}")
     return value
 
 
@@ -151,6 +159,29 @@ class Settings:
         argument=None,
         check=lambda v: v if v is None else whole_number(v, "light_samples", lowest=0, highest=MOST_SAMPLES),
     )
+    fresnel: str | None = _row(
+        None,
+        costs="a few operations a ray: exact takes two roots more than schlick",
+        off=None,
+        controls="the weights of mirror rays and transmitted ones of dielectrics; the reference is exact; None is what "
+        "the scene says",
+        sweep=BOTH[::-1],
+        group="fresnel",
+        text="fresnel {}",
+        argument=None,
+        check=_fresnel,
+    )
+    roughness_samples: int | None = _row(
+        None,
+        costs="time in proportion to the trees, that many a pixel or more",
+        off=None,
+        controls="noise of reflections in rough surfaces; None is what the scene says",
+        sweep=(1, 4, 16, 64),
+        group="gloss",
+        text="roughness samples {}",
+        argument=None,
+        check=lambda v: v if v is None else whole_number(v, "roughness_samples", highest=MOST_ROUGHNESS_SAMPLES),
+    )
     precision: str = _row(
         "float32",
         costs="memory and time, up to twice",
@@ -201,6 +232,17 @@ class Settings:
         """What `render(scene, camera)` uses."""
         return cls(
             depth=scene.max_depth, cutoff=float(scene.cutoff), footprint=scene.footprint, precision=scene.precision
+        )
+
+    @property
+    def variant(self) -> tuple[int | None, str, str | None, int | None]:
+        """What makes another scene of the one that is asked for."""
+        return self.light_samples, self.shading, self.fresnel, self.roughness_samples
+
+    def applied(self, scene: Scene) -> Scene:
+        """The scene with its lamps looked at, and its meshes and materials shaded, as these settings say."""
+        return with_light_samples(
+            with_materials(self.shaded(scene), self.fresnel, self.roughness_samples), self.light_samples
         )
 
     def shaded(self, scene: Scene) -> Scene:

@@ -1,7 +1,7 @@
 """What some pixels look like by far more work than any setting takes, and how far that is from converged."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,8 +30,8 @@ class Reference:
     before: np.ndarray
     level: int
     """The last of `LEVELS` that was reached."""
-    light_samples: int | None
-    """Points of each lamp with a size; None: as in the scene."""
+    variant: Settings
+    """What was asked of lamps and materials in place of what the scene says."""
     rays: int
 
     @property
@@ -42,8 +42,11 @@ class Reference:
     def __str__(self) -> str:
         (least, depth), (most, deepest) = LEVELS[1], LEVELS[self.level]
         finer = f", up to {most} x {most} and depth {deepest} where that changes most" if self.level > 1 else ""
-        lamps = "" if self.light_samples is None else f", {self.light_samples} points a lamp"
-        return f"{least} x {least} filtered trees a pixel of depth {depth}{finer}{lamps}"
+        lamps, fresnel, normals = self.variant.light_samples, self.variant.fresnel, self.variant.roughness_samples
+        lamps = "" if lamps is None else f", {lamps} points a lamp"
+        fresnel = "" if fresnel is None else f", fresnel {fresnel}"
+        normals = "" if normals is None else f", {normals} normals a tree"
+        return f"{least} x {least} filtered trees a pixel of depth {depth}{finer}{lamps}{fresnel}{normals}"
 
 
 def reference(
@@ -51,17 +54,17 @@ def reference(
     pixels: np.ndarray | None = None,
     wanted: Callable[[np.ndarray], float] = lambda pixels: 0.0,
     on_work: Callable[[float], None] | None = None,
-    light_samples: int | None = None,
+    variant: Settings | None = None,
 ) -> Reference:
     """The picture of these pixels (all by default), refined until a quarter of the trees differs by `wanted(picture)`
     (RMSE) or less.
 
     Filtered trees of 1/k of a pixel converge to the area of the pixel as k grows, and faster than points do. Meshes
     that are not flat are shaded by Phong, whatever they state.
-    `light_samples`: of lamps with a size, in place of the scene's. `on_work` is called with the part of the work that
-    is done, if all levels are needed. Raises `CapacityError` as `Tracer` does.
+    `variant`: its knobs of lamps and materials stand in place of what the scene says. `on_work` is called with the part
+    of the work that is done, if all levels are needed. Raises `CapacityError` as `Tracer` does.
     """
-    pixels = tracer.all_pixels if pixels is None else pixels
+    pixels, variant = tracer.all_pixels if pixels is None else pixels, variant or Settings()
     sizes = [len(pixels), *(max(1, int(len(pixels) * SHARE**n)) for n in range(len(LEVELS) - 1))]
     work = [size * side**2 for size, (side, _) in zip(sizes, LEVELS, strict=True)]
     which, rays = np.arange(len(pixels)), 0
@@ -75,15 +78,14 @@ def reference(
         parts = np.array_split(which, -(-size * side**2 // AT_ONCE))
         for number, part in enumerate(parts):
             found = tracer.trace_spread(
-                Settings(depth=depth, cutoff=CUTOFF, footprint=side, light_samples=light_samples, shading="phong"),
-                pixels[part],
+                replace(variant, depth=depth, cutoff=CUTOFF, footprint=side, shading="phong"), pixels[part]
             )
             refined[part], rays = found.pixels, rays + found.rays
             if on_work is not None:
                 on_work((sum(work[:level]) + work[level] * (number + 1) / len(parts)) / sum(work))
         if level and rmse(refined, before) <= wanted(refined):
             break
-    return Reference(refined, before, level, light_samples, rays)
+    return Reference(refined, before, level, variant, rays)
 
 
 def rmse(one: ArrayLike, other: ArrayLike) -> float:

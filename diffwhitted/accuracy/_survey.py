@@ -8,6 +8,7 @@ import numpy as np
 
 from ._knobs import KNOBS, Knob, Settings
 from ._lamps import has_sized_lights
+from ._materials import has_fresnel, has_gloss
 from ._reference import rmse
 from ._tracer import Traced, Tracer
 
@@ -35,6 +36,8 @@ def swept_knobs(tracer: Tracer) -> list[Knob]:
         "tree": not tracer.branches,
         "arithmetic": not jax.config.jax_enable_x64,  # pyright: ignore[reportAttributeAccessIssue]
         "light": not has_sized_lights(tracer.scene),
+        "fresnel": not has_fresnel(tracer.scene),
+        "gloss": not has_gloss(tracer.scene),
         "mesh": all(thing.interpolation in (None, "flat") for thing in tracer.scene.objects),
     }
     return [knob for knob in KNOBS if not idle.get(knob.group)]

@@ -7,11 +7,9 @@ work is the same, and so are picture and time.
 import time
 from dataclasses import dataclass, replace
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
 
 from .._errors import CapacityError
 from ..numerics._kept import kept
@@ -26,17 +24,14 @@ from ..tree import (
     averaged,
     likely_room,
     make_plan,
-    sample_places,
     tables_of,
     trace,
     trace_left_out,
     trees_or_points,
 )
 from ._knobs import Settings
-from ._lamps import with_light_samples
+from ._places import MOST_PLACES, Corners, Places, dealt, middles, place_groups
 
-MOST_PLACES = 64
-"""Places in a pixel that one call of a program takes; more of them take several calls."""
 FEWEST_PIXELS = 2048
 """Twice so many, or more, are dealt to all processors."""
 
@@ -64,8 +59,8 @@ class Tracer:
         self.scene, self.camera = near(scene, camera)
         side = None if pass_of is None else int(np.ceil(pass_of**0.5))
         self._sized = self.camera if side is None else self.camera.resized(side, side)
-        self._plans: dict[tuple[bool, int | None, str], Plan] = {}
-        self._compiled: set[tuple[Plan, bool, int | None, str] | Settings] = set()
+        self._plans: dict[tuple, Plan] = {}
+        self._compiled: set[tuple | Settings] = set()
         self._crowded: dict[Settings, float] = {}
         self.seconds_compile = 0.0
         """So far, for all programs."""
@@ -81,8 +76,8 @@ class Tracer:
         return np.arange(self.camera.width * self.camera.height)
 
     def scene_with(self, settings: Settings) -> Scene:
-        """The scene with its lamps looked at, and its meshes shaded, as these settings say."""
-        return with_light_samples(settings.shaded(self.scene), settings.light_samples)
+        """The scene with its lamps looked at, and its meshes and materials shaded, as these settings say."""
+        return settings.applied(self.scene)
 
     def trace(self, settings: Settings, pixels: np.ndarray | None = None) -> Traced:
         """Trace these pixels, all by default, as `render` does; a program that is not there yet is compiled first."""
@@ -90,7 +85,7 @@ class Tracer:
             return self._antialiased(settings, pixels)
         settings = self._able(settings)
         pixels, side = self.all_pixels if pixels is None else pixels, settings.footprint or settings.samples
-        films, rays, seconds = self._films(settings, *self._corners(pixels), _place_groups(side, self.scene.dtype))
+        films, rays, seconds = self._films(settings, *self._corners(pixels), place_groups(side, self.scene.dtype))
         return Traced(settings, films / side**2, rays + len(pixels) * side**2, seconds)
 
     def left_out(self, settings: Settings, pixels: np.ndarray | None = None) -> np.ndarray | None:
@@ -107,7 +102,7 @@ class Tracer:
         if not self.branches:
             return np.zeros((len(pixels), 3))
         beyond = most_beyond(self.scene, self.camera, self.plan(settings))
-        films, _, _ = self._films(settings, *self._corners(pixels), _place_groups(side, self.scene.dtype), beyond)
+        films, _, _ = self._films(settings, *self._corners(pixels), place_groups(side, self.scene.dtype), beyond)
         return films / side**2
 
     def _able(self, settings: Settings) -> Settings:
@@ -127,10 +122,11 @@ class Tracer:
         settings = self._able(settings)
         side = settings.footprint or settings.samples
         column, row = (np.repeat(at, side**2) for at in (pixels % self.camera.width, pixels // self.camera.width))
-        inside = np.tile(_places(side).T - 0.5 / side, len(pixels))
+        inside = np.tile(middles(side).T - 0.5 / side, len(pixels))
         column, row = ((at + more).astype(self.scene.dtype) for at, more in zip((column, row), inside, strict=True))
-        middle = jnp.zeros((MOST_PLACES, 2), self.scene.dtype) + 0.5 / side, jnp.int32(1)
-        films, rays, seconds = self._films(settings, column, row, [middle])
+        middle = jnp.zeros((MOST_PLACES, 2), self.scene.dtype) + 0.5 / side, jnp.int32(1), jnp.int32(0)
+        place = np.tile(np.arange(side**2, dtype=np.int32), len(pixels))
+        films, rays, seconds = self._films(settings, column, row, [middle], place=place)
         return Traced(settings, films.reshape(len(pixels), side**2, 3).mean(axis=1), rays + len(column), seconds)
 
     def _antialiased(self, settings: Settings, pixels: np.ndarray | None) -> Traced:
@@ -157,8 +153,9 @@ class Tracer:
         settings: Settings,
         column: np.ndarray,
         row: np.ndarray,
-        groups: list["Places"],
+        groups: list[Places],
         beyond: Beyond | None = None,
+        place: np.ndarray | None = None,
     ) -> tuple[np.ndarray, int, float]:
         """The sum over places at each corner (n, 3), the rays other than camera rays, and the seconds; with `beyond`,
         of what is left out.
@@ -173,7 +170,7 @@ class Tracer:
         fewest = max(-(-len(column) // plan.pass_pixels), min(processors(), len(column) // FEWEST_PIXELS), 1)
         count = min(max(fewest, int(fewest * self._crowded.get(settings, 1))), len(column))
         while True:
-            passes = _dealt(plan, column, row, count)
+            passes = dealt(plan, column, row, count, place)
             begun = time.perf_counter()
             films = side_by_side(film_of, passes)
             seconds = time.perf_counter() - begun
@@ -198,10 +195,10 @@ class Tracer:
         plan = self.plan(settings)
         if beyond is not None:
             plan = replace(plan, effects=plan.effects.switched(shadows=False, tinted_shadows=False))
-        if (program := (plan, beyond is None, settings.light_samples, settings.shading)) not in self._compiled:
+        if (program := (plan, beyond is None, *settings.variant)) not in self._compiled:
             begun = time.perf_counter()
-            nobody = _dealt(plan, corner := np.zeros(1, self.scene.dtype), corner, 1)[0]
-            places = _place_groups(1, self.scene.dtype)[0]
+            nobody = dealt(plan, corner := np.zeros(1, self.scene.dtype), corner, 1)[0]
+            places = place_groups(1, self.scene.dtype)[0]
             _pass.lower(
                 tables_of(self.scene_with(settings), plan),
                 self.camera,
@@ -220,47 +217,13 @@ class Tracer:
         """One plan for points and one for footprints, as deep as settings may be, with a cutoff where anything
         branches.
         """
-        kind = bool(settings.footprint), settings.light_samples, settings.shading
+        kind = bool(settings.footprint), *settings.variant
         if kind not in self._plans:
             scene, room = self.scene_with(settings), likely_room(self._sized)
             plan = make_plan(scene, self._sized, max_depth=DEEPEST, capacity=room, footprint=int(kind[0]))
             branching = plan.effects.reflection or plan.effects.refraction
             self._plans[kind] = replace(plan, effects=plan.effects.switched(cutoff=branching))
         return self._plans[kind]
-
-
-class Corners(eqx.Module):
-    """The upper left corners of the pixels of a pass, in pixels."""
-
-    column: Float[Array, "n"]
-    row: Float[Array, "n"]
-    there: Array
-
-
-Places = tuple[Float[Array, "most 2"], Int[Array, ""]]
-"""Places in a pixel, and how many of them count."""
-
-
-def _places(side: int) -> np.ndarray:
-    return np.asarray(sample_places(side, np.float32), np.float64)
-
-
-def _place_groups(side: int, dtype) -> list[Places]:
-    """The middles of side x side squares of a pixel, so many at a time as a program takes."""
-    places = _places(side).astype(dtype)
-    groups = np.pad(places, ((0, -len(places) % MOST_PLACES), (0, 0))).reshape(-1, MOST_PLACES, 2)
-    return [
-        (jnp.asarray(group), jnp.int32(min(MOST_PLACES, len(places) - MOST_PLACES * n)))
-        for n, group in enumerate(groups)
-    ]
-
-
-def _dealt(plan: Plan, column: np.ndarray, row: np.ndarray, count: int) -> list[Corners]:
-    """The corners dealt to `count` passes, every so many-th to the same."""
-    room = count * plan.pass_pixels - len(column)
-    column, row = (np.pad(at, (0, room), mode="edge").reshape(-1, count).T for at in (column, row))
-    there = (np.arange(count * plan.pass_pixels) < len(column.T) * count - room).reshape(-1, count).T
-    return [Corners(*map(jnp.asarray, corners)) for corners in zip(column, row, there, strict=True)]
 
 
 @kept
@@ -271,6 +234,7 @@ def _pass(
     corners: Corners,
     places,
     count,
+    first,
     depth,
     side,
     beyond: Beyond | None = None,
@@ -283,9 +247,8 @@ def _pass(
 
     def one_place(number, state):
         film, most, total = state
-        samples = Samples(
-            corners.column + places[number, 0], corners.row + places[number, 1], corners.there, side, jnp.int32(0)
-        )
+        column, row = corners.column + places[number, 0], corners.row + places[number, 1]
+        samples = Samples(column, row, corners.there, side, jnp.int32(0), corners.place + first + number)
 
         def one(samples):
             if beyond is not None:

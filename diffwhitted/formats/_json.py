@@ -42,6 +42,7 @@ def json_numbers(scene: Scene, source: str) -> Written:
                 "fresnel": material.fresnel,
                 "fresnel_highlight": material.fresnel_highlight,
                 "textures": dict(material.textures),
+                "relief": dict(material.relief),
                 "k_h_is_k_s": material.values["k_h"] is None,
             }
             for name, material in scene.materials.items()

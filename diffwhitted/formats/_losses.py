@@ -51,6 +51,9 @@ class Losses:
             value = material.values.get(row.name)
             if row.name not in known and value is not None and not _same(value, row.default):
                 self.say(f"{row.name} of {{}} is lost", what)
+        for key, worn in material.relief:
+            if key not in known:
+                self.say(f"{key} {named(worn)} of {{}} is lost", what)
         self.unknown(material, {"highlight", *material.left_out()}, what)
 
     def __iter__(self) -> Iterator[str]:

@@ -19,7 +19,7 @@ from ._footprint import (
 )  # fmt: skip
 from ._hit import Hit
 from ._ray import NOTHING, Departure, Ray, Sheets, sheet_at
-from ._search import GRAZING, Shapes, blocked, containing, crossing_counts, nearest, surface_at, towards
+from ._search import GRAZING, Shapes, blocked, containing, crossing_counts, nearest, surface_at, towards, uv_at
 from ._sheets import hidden_by_layers, in_order, layers_crossed, neighbours
 from ._surface import AbstractSurfaces
 from ._tested import Tested, tested_for_blocked, tested_for_counts, tested_for_nearest
@@ -31,5 +31,5 @@ __all__ = [
     "hidden_by_layers", "hidden_parts", "in_order", "layers_crossed", "near_silhouettes", "nearest", "nearest_part",
     "neighbours", "on_surface", "outwards", "part_of", "prepare", "search", "searcher", "sheet_at", "silhouette_of",
     "steps_on_surface", "surface_at", "tested_for_blocked", "tested_for_counts", "tested_for_nearest", "towards",
-    "uncovered",
+    "uncovered", "uv_at",
 ]  # fmt: skip

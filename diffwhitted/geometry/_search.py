@@ -189,6 +189,17 @@ def surface_at(
     return Hit(primitive, object, crossing, enters, point, normal, shading, distance, lifted, start, uv)
 
 
+def uv_at(shapes: Shapes, primitive: Int[Array, "n"], point: Vec3) -> tuple[Float[Array, "n"], Float[Array, "n"]]:
+    """The texture coordinates that known surfaces bring along, at points of them, differentiable; 0 where there are
+    none.
+    """
+    zero = jnp.zeros_like(point.x)
+    uv = zero, zero
+    for mine, member in shapes.members(primitive, lambda family: family.carrier()):
+        uv = where(mine, member.uv(point), uv)
+    return uv
+
+
 def towards(direction: Vec3, normal: Vec3) -> Vec3:
     """An interpolated normal that faces the ray: one that is turned away, as near an outline, is bent until it is
     `GRAZING` to the ray.

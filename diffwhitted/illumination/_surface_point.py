@@ -9,6 +9,17 @@ from ..optics import refraction_radicand, sine_squared
 from ..scene.backgrounds import Surroundings
 
 
+class Bent(eqx.Module):
+    """What is beneath normals that are bent."""
+
+    unbent: Vec3
+    """The normal that light would see, on the side of the ray."""
+    horizon: Float[Array, "n"]
+    """The sine of the angle by which it is bent; 0 where it is not."""
+    width: Float[Array, "n"]
+    """Of the cone of the pixel, metres, across the ray."""
+
+
 class SurfacePoint(eqx.Module):
     """A point where a ray met a surface. Every field is finite, also where nothing was met."""
 
@@ -40,6 +51,8 @@ class SurfacePoint(eqx.Module):
     """The normal changes by this times a small step along the surface; None for points."""
     uv: tuple[Float[Array, "n"], Float[Array, "n"]] | None = None
     """Texture coordinates that the object brings along; None where no shape of the scene has any."""
+    bent: Bent | None = None
+    """What is beneath bent normals; None where none are."""
     left: Float[Array, "n"] | None = None
     """What effects leave of light on its way from here to where the ray came from; None: all of it."""
     surroundings: Surroundings | None = None

@@ -68,6 +68,20 @@ def cross(a: Vec3, b: Vec3) -> Vec3:
     return Vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 
 
+def tangents(normal: Vec3) -> tuple[Vec3, Vec3]:
+    """Two unit vectors at right angles to a unit normal and to each other, right-handed with it (Duff et al. 2017).
+
+    Edge: where normal.z changes its sign they turn about it in a jump; of a zero normal they are x and y.
+    """
+    sign = jnp.where(normal.z < 0, -1.0, 1.0).astype(normal.dtype)
+    a = -1 / (sign + normal.z)
+    b = normal.x * normal.y * a
+    return (
+        Vec3(1 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x),
+        Vec3(b, sign + normal.y * normal.y * a, -normal.y),
+    )
+
+
 def where(condition, a, b):
     """`jnp.where` over two pytrees of the same structure."""
     return jax.tree.map(lambda p, q: jnp.where(condition, p, q), a, b)

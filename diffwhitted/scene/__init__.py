@@ -37,6 +37,7 @@ from ._names import coefficient_value, replace_coefficient
 from ._naming import find_parameter, parameter_value, replace_parameter
 from ._near import near
 from ._parameters import FAMILIES, WITHOUT_NAME, Parameter, maps, parameters
+from ._relief import RELIEFS
 from ._scene import DISTANCE_FADE, Precision, Scene, ShadowModel, TotalReflection, check_footprint, float_dtype
 from ._sheets import Sheet, shared_sheets
 from ._shot import TEXTS, PixelFilter, Shot, from_middle
@@ -62,21 +63,21 @@ from .lights import (
     SpotLight,
     WarnLight,
 )
-from .textures import TEXTURES, AbstractTexture, Checker, ImageTexture, TexturePoint
+from .textures import TEXTURES, AbstractTexture, Checker, Dimples, ImageTexture, Noise, TexturePoint, Waves
 
 __all__ = [
     "AbstractBackground", "AbstractCamera", "AbstractLight", "AbstractObject", "AbstractTexture", "Ambient",
     "BACKGROUNDS", "BY_NAME", "Border", "Box", "CAMERAS", "CHOICES", "CLASSES", "CLASS_NAMES", "COEFFICIENTS",
     "Camera", "Checker", "Cone", "ConstantBackground", "Cylinder", "DEEPEST", "DISTANCE_FADE", "DirectionalLight",
-    "Disc", "EnvironmentBackground", "FAMILIES", "FRESNEL_MODELS", "FresnelModel", "GradientBackground", "HIGHLIGHTS",
-    "HarmonicBackground", "Hemisphere", "HighlightModel", "ImageTexture", "LIGHTS", "MOST_ROUGHNESS_SAMPLES",
-    "MOST_SAMPLES", "Marks", "Material", "Mesh", "OBJECTS", "OrthographicCamera", "POSE", "Parameter", "Patch",
-    "PixelFilter", "Plane", "PointLight", "Polygon", "Polyhedron", "Precision", "Quadric", "ROUGHNESS_SAMPLES",
-    "RectangleLight", "Row", "Scene", "ShadowModel", "Sheet", "Shot", "Sphere", "SphereLight", "SphereSet",
-    "SpotLight", "TEXTS", "TEXTURES", "Tables", "TexturePoint", "Torus", "TotalReflection", "VIEW", "WITHOUT_NAME",
-    "WarnLight", "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter",
-    "float_dtype", "from_middle", "highest_coat", "including_coefficient", "is_traced", "maps", "marks_of",
-    "material_names", "most_ambient", "near", "nearest_name", "numbered_objects", "parameter_value", "parameters",
-    "replace_coefficient", "replace_parameter", "shared_sheets", "shortest", "tabled_lights", "tabulate",
-    "texture_names", "textured_rows", "whole_number",
+    "Dimples", "Disc", "EnvironmentBackground", "FAMILIES", "FRESNEL_MODELS", "FresnelModel", "GradientBackground",
+    "HIGHLIGHTS", "HarmonicBackground", "Hemisphere", "HighlightModel", "ImageTexture", "LIGHTS",
+    "MOST_ROUGHNESS_SAMPLES", "MOST_SAMPLES", "Marks", "Material", "Mesh", "Noise", "OBJECTS", "OrthographicCamera",
+    "POSE", "Parameter", "Patch", "PixelFilter", "Plane", "PointLight", "Polygon", "Polyhedron", "Precision",
+    "Quadric", "ROUGHNESS_SAMPLES", "RELIEFS", "RectangleLight", "Row", "Scene", "ShadowModel", "Sheet", "Shot",
+    "Sphere", "SphereLight", "SphereSet", "SpotLight", "TEXTS", "TEXTURES", "Tables", "TexturePoint", "Torus",
+    "TotalReflection", "VIEW", "WITHOUT_NAME", "WarnLight", "Waves", "check_footprint", "coefficient_value",
+    "coefficients", "depth_number", "find_parameter", "float_dtype", "from_middle", "highest_coat",
+    "including_coefficient", "is_traced", "maps", "marks_of", "material_names", "most_ambient", "near",
+    "nearest_name", "numbered_objects", "parameter_value", "parameters", "replace_coefficient", "replace_parameter",
+    "shared_sheets", "shortest", "tabled_lights", "tabulate", "texture_names", "textured_rows", "whole_number",
 ]  # fmt: skip

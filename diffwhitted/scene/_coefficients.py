@@ -35,12 +35,15 @@ COEFFICIENTS: tuple[Row, ...] = (
         source="two-term Cauchy"),
     Row("roughness", "number", "standard deviation of the slopes of a rough surface, along each axis", symbol="σ",
         default=0.0, lowest=0.0, highest=inf, fit_bounds=(0.0, 0.5), moves="rays", source="Whitted 1980, section 2"),
+    Row("height_scale", "number", "height of a height_texture where it is 1", unit="m", symbol="h", default=0.0,
+        lowest=0.0, highest=inf, fit_bounds=(0.0, 1.0), moves="rays", source="Blinn 1978",
+        below="For dents in place of bumps exchange the two colours of the texture"),
 )  # fmt: skip
 """The coefficients that the package has."""
 
-SWITCHED: tuple[str, ...] = ("abbe_number", "roughness")
-"""Those that a material has only where one is stated that is not zero: each of them takes several trees a pixel, and
-scenes that state none are to cost what they did."""
+SWITCHED: tuple[str, ...] = ("abbe_number", "roughness", "height_scale")
+"""Those that a material has only where one is stated that is not zero: scenes that state none are to cost what they
+did."""
 
 _added: list[Row] = []
 

@@ -12,6 +12,7 @@ from ..records import is_traced, listed, nearest_name, number_array, require, wh
 from ._classes import CLASS_BY_NAME, CLASS_NAMES, FRESNEL, MaterialClass
 from ._coefficients import BY_NAME, SWITCHED, coefficients
 from ._dispersion import Curve, read_dispersion, written_dispersion
+from ._relief import RELIEFS, read_relief
 
 HighlightModel = Literal["halfway", "reflected", "off"]
 HIGHLIGHTS: tuple[str, ...] = get_args(HighlightModel)
@@ -47,6 +48,8 @@ class Material(eqx.Module):
     roughness_samples: int = eqx.field(static=True)
     switched: tuple[str, ...] = eqx.field(static=True)
     """The coefficients of `SWITCHED` that it states."""
+    relief: tuple[tuple[str, str], ...] = eqx.field(static=True)
+    """(key, name of the texture) of what bends its normals: none, or one of `RELIEFS`."""
 
     def __init__(
         self,
@@ -61,6 +64,8 @@ class Material(eqx.Module):
         **stated,
     ):
         self.class_ = _class(stated.pop("class", class_), place)
+        relief = {key: stated.pop(key) for key in RELIEFS if key in stated}
+        self.relief = read_relief(relief, stated.get("height_scale"), place)
         textures = {key: stated.pop(key) for key in list(stated) if key.endswith(TEXTURE) and key not in BY_NAME}
         unknown = sorted({*stated} - {*BY_NAME}) + sorted({*textures} - {row.name + TEXTURE for row in textured_rows()})
         if unknown:
@@ -99,6 +104,8 @@ class Material(eqx.Module):
             return dict(self.textures).get(name.removesuffix(TEXTURE))
         if name == "class":
             return self.class_
+        if name in RELIEFS:
+            return dict(object.__getattribute__(self, "relief")).get(name)
         if name == "dispersion":
             return written_dispersion(self.curve)
         raise AttributeError(f"a material has no {name!r}; there are {', '.join(values)}")
@@ -120,6 +127,15 @@ class Material(eqx.Module):
     @property
     def is_rough(self) -> bool:
         return "roughness" in self.switched
+
+    @property
+    def is_wrinkled(self) -> bool:
+        """Are its normals bent?"""
+        return bool(self.relief) and (self.relief[0][0] == "normal_texture" or "height_scale" in self.switched)
+
+    def worn(self) -> tuple[tuple[str, str], ...]:
+        """(key, name of the texture) of all textures that it names."""
+        return (*((name + TEXTURE, texture) for name, texture in self.textures), *self.relief)
 
     def left_out(self) -> tuple[str, ...]:
         """The keys that a file need not state: what the class fixes, and what it says by default."""

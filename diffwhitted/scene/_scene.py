@@ -16,6 +16,7 @@ from ..shapes import OBJECTS, AbstractObject, has_pose
 from ._hemisphere import Ambient, Hemisphere
 from ._material import Material
 from ._notes import give_notes
+from ._relief import check_relief
 from ._shot import Shot
 from .backgrounds import BACKGROUNDS, AbstractBackground, ConstantBackground
 from .cameras import CAMERAS, AbstractCamera
@@ -166,11 +167,12 @@ class Scene(eqx.Module):
             seen.add(thing.name)
             _known(thing.material, self.materials, f"object {thing.name!r}: material")
         for name, material in self.materials.items():
-            for coefficient, texture in material.textures:
-                _known(texture, self.textures, f"material {name!r}: {coefficient}_texture")
-                self._check_uv(name, coefficient, texture)
+            for key, texture in material.worn():
+                _known(texture, self.textures, f"material {name!r}: {key}")
+                self._check_uv(name, key, texture)
+        check_relief(self.materials, self.textures, self.objects)
 
-    def _check_uv(self, material: str, coefficient: str, texture: str):
+    def _check_uv(self, material: str, key: str, texture: str):
         """Raise `SceneError` where an object wears a texture that needs coordinates, and has none."""
         if not self.textures[texture].needs_uv:
             return
@@ -178,7 +180,7 @@ class Scene(eqx.Module):
             if thing.material == material and not thing.has_uv:
                 raise SceneError(
                     f"object {thing.name!r} ({thing.written_type()}) has no texture coordinates, which texture "
-                    f'{texture!r} ({coefficient}_texture of material {material!r}) with mapping = "uv" needs; write '
+                    f'{texture!r} ({key} of material {material!r}) with mapping = "uv" needs; write '
                     'mapping = "planar", "spherical", "cylindrical" or "triplanar" instead'
                 )
 

@@ -17,12 +17,13 @@ from jaxtyping import Array, Bool, Float, Int
 
 from ..geometry import Shapes, Sheets
 from ..numerics._vector import Vec3, vec3
-from ..records import changed, grouped, is_traced, stacked
+from ..records import changed, grouped, is_traced, member_count, stacked
 from ..shapes import OBJECTS, SHADING, AbstractObject
 from ._coefficients import SWITCHED, coefficients
 from ._dispersion import departures
 from ._hemisphere import Hemisphere
 from ._material import CHOICES, Material, textured_rows
+from ._relief import RELIEFS, Relief
 from ._scene import Scene
 from ._search import Known, known_boxes, shapes_of
 from ._sheets import Sheet, sheets_of
@@ -87,6 +88,8 @@ class Tables(eqx.Module):
     """By how much the index of each material departs from that of the line d in each band; None: nowhere."""
     seed: Int[Array, ""] | None = None
     """Of what is left to chance; None where nothing is."""
+    relief: Relief | None = None
+    """What bends normals; None where nothing does."""
     max_depth: Int[Array, ""] | None = None
     """In place of the plan's, which it does not exceed: a value, so that pictures of every depth share a program."""
 
@@ -160,7 +163,23 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         marks=changed(marks, boxes=()),
         departures=_departures(scene, materials),
         seed=jnp.int32(scene.seed) if any(m.is_rough for m in materials) else None,
+        relief=_relief(materials, number_of, textures),
     )
+
+
+def _relief(materials: Sequence[Material], number_of: dict[str, int], textures) -> Relief | None:
+    """`number_of`: the numbers of textures by name; `textures`: the groups in which they are stacked."""
+    worn = {key: [dict(m.relief if m.is_wrinkled else ()).get(key) for m in materials] for key in RELIEFS}
+    numbers = {
+        key: np.asarray([-1 if name is None else number_of[name] for name in names], np.int32)
+        for key, names in worn.items()
+        if any(names)
+    }
+    if not numbers:
+        return None
+    ends = np.cumsum([member_count(group) for group in textures])
+    groups = {(key, int(group)) for key, of in numbers.items() for group in np.searchsorted(ends, of[of >= 0], "right")}
+    return Relief({key: jnp.asarray(of) for key, of in numbers.items()}, tuple(sorted(groups)))
 
 
 def _shading(objects: Sequence[AbstractObject]):

@@ -4,6 +4,7 @@ import equinox as eqx
 from jaxtyping import Array, Bool, Float, Int
 
 from ..geometry import Departure, Edge, Footprint, Hit
+from ..illumination import Bent
 from ..numerics._vector import Vec3
 
 CAMERA, MIRROR, TRANSMITTED, TOTAL, PAST = range(5)
@@ -76,6 +77,8 @@ class Arrival(eqx.Module):
     """Where other rays leave; None where no surface is detached: from the point."""
     uv: tuple[Float[Array, "n"], Float[Array, "n"]] | None = None
     """Texture coordinates that the object brings along; None where no shape of the scene has any."""
+    bent: Bent | None = None
+    """What is beneath the normals that wrinkles bend; None where none are bent."""
 
     @property
     def lit_from(self) -> tuple[Vec3, Departure]:

@@ -52,7 +52,7 @@ def child(
     if plan.effects.refraction:
         bent = refracted(at.direction, at.shading_normal, bend)
         direction = bent if direction is None else where(branch == TRANSMITTED, bent, direction)
-    if at.lifted is not None or plan.effects.gloss:
+    if at.lifted is not None or plan.effects.gloss or plan.effects.wrinkles:
         direction = on_its_side(direction, at.normal, branch == TRANSMITTED)
     return Ray(at.point if at.start is None else at.start, direction), None, factor
 

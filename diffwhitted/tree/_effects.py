@@ -14,7 +14,14 @@ from typing import Any
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from ..illumination import SurfacePoint, fresnel_highlight, polished, polished_most, polished_towards  # fmt: skip
+from ..illumination import (
+    SurfacePoint,
+    fresnel_highlight,
+    lit_above_horizon,
+    polished,
+    polished_most,
+    polished_towards,
+)  # fmt: skip
 from ..numerics._vector import Vec3
 from ..records import changed
 from ..scene import Scene, Tables
@@ -55,6 +62,7 @@ from ._reasons import (
     with_coefficient,
     with_fresnel,
     with_light,
+    wrinkled,
 )  # fmt: skip
 from ._surrounded import brightest_of, sent_back_diffusely, sent_back_in_highlight
 
@@ -105,6 +113,10 @@ class Effect:
 
 LIT = (("diffuse", "highlight"), "no light is looked at")
 BENT = (("refraction",), "no refraction")
+SEEN = (
+    ("hemisphere", "diffuse", "highlight", "environment", "environment_highlight", "reflection", "refraction"),
+    "nothing hangs on normals",
+)
 SPLIT = (("reflection", "refraction"), "no ray is reflected or refracted")
 
 
@@ -161,6 +173,7 @@ EFFECTS: tuple[Effect, ...] = (
            models=("fresnel",), weighs=metal, extremes=("metal", metal_extremes)),
     Effect("dispersion", dispersing, "no index hangs on the wavelength", SPLIT, one_band),
     Effect("gloss", rough, "no surface that sends rays on is rough", SPLIT),
+    Effect("wrinkles", wrinkled, "no material bends normals", SEEN, at_lights=lit_above_horizon),
     Effect("absorption", absorbing, "no transparent object has extinction > 0", BENT),
     Effect("nested_media", second_glass, "fewer than two transparent solids", BENT),
     Effect("shared_surfaces", touching, "no transparent object shares a surface with another", BENT),

@@ -45,7 +45,7 @@ def film_of(plan: Plan, given: Given) -> tuple[Vec3, Bool[Array, ""]]:
 
 @partial(film_of.defjvp, symbolic_zeros=True)
 def _film_of_jvp(plan, primals, tangents):
-    varied, along = Varied.by(tangents[0])
+    varied, along = Varied.by(plan, tangents[0])
 
     def forward(given, tangents):
         def film(values):

@@ -14,13 +14,15 @@ from jaxtyping import Array, Float, Int
 
 from ..geometry import towards
 from ..numerics._safe import normalise
-from ..numerics._vector import Vec3, lookup, where
+from ..numerics._vector import lookup, tangents, where
 from ..scene import Tables
 from ._arrival import Arrival, Origin
 from ._made_of import material_at
 from ._plan import Plan
 from ._samples import Samples
 
+LEVELS = 128
+"""More than a tree has."""
 STEPS = 0.7548776662466927, 0.5698402909980532
 """Of Roberts' sequence R2: 1/g and 1/g**2 with g**3 = g + 1, as even in the plane as the golden ratio on a line."""
 
@@ -28,7 +30,10 @@ STEPS = 0.7548776662466927, 0.5698402909980532
 def chances(samples: Samples, origin: Origin, level: Int[Array, "n"]) -> tuple[Int[Array, "n"], ...]:
     """What decides on the chance of each ray at a level of its tree: column and row of its pixel, level, and sample."""
     column, row = (at[origin.sample].astype(jnp.int32) for at in (samples.column, samples.row))
-    return column, row, level.astype(jnp.int32), jnp.broadcast_to(samples.draw, column.shape)
+    level = level.astype(jnp.int32)
+    if samples.place is not None:
+        level = level + LEVELS * samples.place[origin.sample]
+    return column, row, level, jnp.broadcast_to(samples.draw, column.shape)
 
 
 def roughened(tables: Tables, plan: Plan, at: Arrival, chance: tuple[Int[Array, "n"], ...]) -> Arrival:
@@ -36,7 +41,7 @@ def roughened(tables: Tables, plan: Plan, at: Arrival, chance: tuple[Int[Array, 
     column, row, level, draw = chance
     roughness = lookup(tables.coefficients["roughness"], material_at(tables, jnp.maximum(at.object, 0)))
     first, second = _normal_pair(_mixed(tables.seed, column, row, level), draw // plan.bands, roughness.dtype)
-    one, other = _tangents(at.shading_normal)
+    one, other = tangents(at.shading_normal)
     bent = normalise(at.shading_normal + one * (first * roughness) + other * (second * roughness))
     bent = towards(at.direction, bent)
     return replace(at, shading_normal=where((roughness > 0) & (at.object >= 0), bent, at.shading_normal))
@@ -66,14 +71,3 @@ def _mixed(*numbers) -> Int[Array, "n"]:
         total = (total ^ (total >> 13)) * jnp.uint32(0xC2B2AE35)
         total = total ^ (total >> 16)
     return total
-
-
-def _tangents(normal: Vec3) -> tuple[Vec3, Vec3]:
-    """Two unit vectors at right angles to a normal and to each other (Duff et al. 2017)."""
-    sign = jnp.where(normal.z < 0, -1.0, 1.0).astype(normal.dtype)
-    a = -1 / (sign + normal.z)
-    b = normal.x * normal.y * a
-    return (
-        Vec3(1 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x),
-        Vec3(b, sign + normal.y * normal.y * a, -normal.y),
-    )

@@ -91,6 +91,9 @@ def _light(scene: Scene, parameter: Parameter, free: Collection[str]) -> str | N
 
 def _texture(scene: Scene, texture: str, free: Collection[str]) -> str | None:
     """Why a texture has no effect."""
+    used = {thing.material for thing in scene.objects}
+    if any(texture == worn for name in used for _, worn in scene.materials[name].relief):
+        return None
     worn = [
         (name, coefficient)
         for name, material in scene.materials.items()

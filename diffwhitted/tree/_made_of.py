@@ -56,6 +56,7 @@ def made_of(tables: Tables, plan: Plan, at: Arrival, needed, names: Sequence[str
         footprint=None if at.beam is None else at.beam.footprint,
         curvature=None if at.beam is None else at.beam.curvature,
         uv=at.uv,
+        bent=at.bent,
         left=_left_of_light(tables, plan, at.distance),
     )
 

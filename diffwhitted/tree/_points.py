@@ -17,6 +17,8 @@ def points_only(scene: Scene) -> str | None:
     used = {thing.material for thing in scene.objects}
     if name := next((name for name in sorted(used) if scene.materials[name].is_rough), None):
         return f"material {name!r} (roughness)"
+    if name := next((name for name in sorted(used) if scene.materials[name].is_wrinkled), None):
+        return f"material {name!r} ({scene.materials[name].relief[0][0]})"
     worn = {texture for material in scene.materials.values() for _, texture in material.textures}
     plain = (name for name in texture_names(scene) if name in worn and not scene.textures[name].FOOTPRINT)
     return next((f"texture {name!r} ({scene.textures[name].TYPE})" for name in plain), None)

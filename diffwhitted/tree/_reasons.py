@@ -206,6 +206,16 @@ def one_band(asked: Asked) -> str | None:
     return "bands = 1" if asked.scene.bands == 1 else None
 
 
+def wrinkled(asked: Asked) -> str | None:
+    """Some object's normals are bent."""
+
+    def why(name: str) -> str | None:
+        material = asked.scene.materials[name]
+        return f'{material.relief[0][0]} = "{material.relief[0][1]}"' if material.is_wrinkled else None
+
+    return asked.first_made_of(why)
+
+
 def rough(asked: Asked) -> str | None:
     """Some object sends its rays on along normals that vary."""
 

@@ -39,6 +39,7 @@ from ._plan import Plan
 from ._samples import Samples, Window
 from ._shadows import Seen, shadows_at
 from ._truncation import Beyond, followed, left_out
+from ._wrinkles import Cone, any_cone, cone_of, wrinkled
 
 
 class Nodes(eqx.Module):
@@ -118,11 +119,12 @@ def follow(
         parents, throughput = parents_of(origin, (q.arrivals, q.throughputs)) if plan.branching else (None, white)
         ray, footprint, factor = departing(tables, camera, plan, samples, parents, origin, alive)
         sides = sides_of(plan, parents, origin)
+        cone = cone_of(camera, plan, samples, parents, origin, ray)
         if weighed:
             throughput = where(origin.lineage == 0, white, throughput) * factor
         # Find the surfaces that they meet, what lights see of these points, and the rays that go on from there.
         dark = brightest(throughput) <= 0 if weighed else one < 0
-        nodes, at, children = follow_rays(ray, footprint, sides, origin, dark, alive.any())
+        nodes, at, children = follow_rays(ray, footprint, sides, origin, cone, dark, alive.any())
         if weighed and plan.effects.absorption:
             throughput = throughput * left_after(tables, plan, parents, origin, at)
         at = run_on(plan, at, parents, origin)
@@ -142,7 +144,8 @@ def follow(
         return _Queue(end, q.block + 1, lineage, count, *buffers, *bounds, film)
 
     # Begin with the camera rays of the pass, and room for all that may follow.
-    shapes = jax.eval_shape(follow_rays, *any_ray(plan, one.dtype), one > 0, jnp.bool_(True))[:2]
+    blank = any_ray(plan, one.dtype)
+    shapes = jax.eval_shape(follow_rays, *blank, any_cone(plan, blank[0]), one > 0, jnp.bool_(True))[:2]
     buffers = empty_buffers((*shapes, white if weighed else None), plan.slots)
     film = empty_buffers(((white,) * kinds if light_of else None, white if bounded else None), plan.pass_pixels)
     lineage, bounds = jnp.zeros(plan.slots, jnp.int32), jnp.full(plan.blocks, room, jnp.int32)
@@ -197,6 +200,7 @@ def _follow(
     footprint: Footprint | None,
     departure: Departure,
     origin: Origin,
+    cone: Cone | None,
     dark,
     needed,
 ):
@@ -214,7 +218,7 @@ def _follow(
         hit, direction, beam = arriving(shapes, ray, footprint, primitive, crossing, entering, cut, departure, needed)
     # Find what lies on either side, for the indices.
     outside, inside = media(tables, plan, hit, dark)
-    at = arrival(hit, direction, outside, inside, beam)
+    at = wrinkled(tables, arrival(hit, direction, outside, inside, beam), cone, needed)
     # Find what each light sees of the point, and which rays it sends on.
     seen = shadows_at(tables, plan, at, needed)
     nodes = Nodes(primitive, crossing, hit.entering, outside, inside, seen, cut, origin)

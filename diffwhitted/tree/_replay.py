@@ -50,7 +50,7 @@ def _replayed(light_of: Callable, plan: Plan, given: Given, record: Record) -> V
 @partial(_replayed.defjvp, symbolic_zeros=True)
 def _replayed_jvp(light_of, plan, primals, tangents):
     given, record = primals
-    varied, along = Varied.by(tangents[0])
+    varied, along = Varied.by(plan, tangents[0])
 
     def forward(known, tangents):
         given, record, _ = known

@@ -23,6 +23,7 @@ from ._local import local_radiance
 from ._plan import Plan
 from ._record import Nodes, Record
 from ._samples import Samples
+from ._wrinkles import Cone, any_cone, cone_of, wrinkled
 
 Given = tuple[Tables, AbstractCamera, Samples]
 """All that a recorded tree is a differentiable function of."""
@@ -58,7 +59,8 @@ def retraced(light_of: Callable, plan: Plan, given: Given, record: Record) -> tu
     tables, one = given[0], jnp.ones(plan.block, given[0].cutoff.dtype)
     ray, footprint, _, _ = any_ray(plan, one.dtype)
     nodes, white = read_block(record.nodes, 0, plan.block), Vec3(one, one, one)
-    arrived = jax.eval_shape(lambda: _arrived(tables, plan, nodes, ray, footprint, jnp.bool_(True)))
+    cone = any_cone(plan, ray)
+    arrived = jax.eval_shape(lambda: _arrived(tables, nodes, ray, footprint, cone, jnp.bool_(True)))
     state = empty_buffers((arrived, white), plan.slots) if plan.branching else None
     film = empty_buffers(white, plan.pass_pixels)
     return jax.lax.fori_loop(0, blocks_there(record), follow_block, (film, state))
@@ -76,7 +78,8 @@ def visit(
         # Camera rays read the first node for nothing: a branch without it would cost reverse mode a state of zeros.
         throughput = where(nodes.origin.lineage == 0, jax.tree.map(jnp.ones_like, throughput), throughput)
     throughput = factor if parents is None else throughput * factor
-    arrived = _arrived(tables, plan, nodes, ray, footprint, alive.any())
+    cone = cone_of(camera, plan, samples, at, nodes.origin, ray)
+    arrived = _arrived(tables, nodes, ray, footprint, cone, alive.any())
     if plan.effects.absorption:
         throughput = throughput * left_after(tables, plan, at, nodes.origin, arrived)
     arrived = run_on(plan, arrived, at, nodes.origin)
@@ -108,11 +111,11 @@ def masked(alive: Bool[Array, "n"], values):
     return jax.tree.map(lambda a: jnp.where(alive, a, 0), values)
 
 
-def _arrived(tables: Tables, plan: Plan, nodes: Nodes, ray: Ray, footprint: Footprint | None, needed) -> Arrival:
+def _arrived(tables: Tables, nodes: Nodes, ray: Ray, footprint: Footprint | None, cone: Cone | None, needed) -> Arrival:
     """How a ray arrives at its recorded surface."""
     surface = nodes.primitive, nodes.crossing, nodes.entering
     if footprint is None:
         hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, *surface)
-        return arrival(hit, ray.direction, nodes.outside, nodes.inside, None)
+        return wrinkled(tables, arrival(hit, ray.direction, nodes.outside, nodes.inside, None), cone, needed)
     hit, direction, beam = arriving(tables.shapes, ray, footprint, *surface, nodes.cut, None, needed)
     return arrival(hit, direction, nodes.outside, nodes.inside, beam)

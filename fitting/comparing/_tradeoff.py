@@ -11,6 +11,7 @@ import numpy as np
 from diffwhitted import KNOBS, InputError, Scene, Settings
 from diffwhitted.accuracy._choose import MARGIN, in_precision, spread_pixels
 from diffwhitted.accuracy._lamps import CONVERGED_SAMPLES, has_sized_lights
+from diffwhitted.accuracy._materials import CONVERGED_ROUGHNESS_SAMPLES, has_fresnel, has_gloss
 from diffwhitted.accuracy._reference import Reference, reference, rmse
 from diffwhitted.accuracy._survey import Candidate, base_settings, cheapest, front, survey, swept_knobs
 from diffwhitted.accuracy._tracer import Tracer
@@ -136,7 +137,11 @@ def tradeoff(
         None,
         lambda refined: CONVERGED * min(rmse(a, refined) for a in accurate),
         lambda done: work("tracing the reference", 0.15 + 0.45 * done),
-        CONVERGED_SAMPLES if has_sized_lights(tracer.scene) else None,
+        Settings(
+            light_samples=CONVERGED_SAMPLES if has_sized_lights(tracer.scene) else None,
+            fresnel="exact" if has_fresnel(tracer.scene) else None,
+            roughness_samples=CONVERGED_ROUGHNESS_SAMPLES if has_gloss(tracer.scene) else None,
+        ),
     )
     work("looking for useful combinations", 0.6)
     some = spread_pixels(camera.width * camera.height, SURVEYED)
@@ -152,7 +157,8 @@ def tradeoff(
 
 def _most_accurate(tracer: Tracer) -> list[Settings]:
     """The most points and the most trees a pixel, as deep as the sweep goes. Dividing pixels does not go so far."""
-    deep = {knob.name: knob.sweep[-1] for knob in swept_knobs(tracer) if knob.name in ("depth", "light_samples")}
+    finest = "depth", "light_samples", "fresnel", "roughness_samples"
+    deep = {knob.name: knob.sweep[-1] for knob in swept_knobs(tracer) if knob.name in finest}
     base = replace(base_settings(tracer), cutoff=0.0, **deep)
     return [base.only(**{knob.name: knob.sweep[-1]}) for knob in KNOBS if knob.name in ("samples", "footprint")]
 

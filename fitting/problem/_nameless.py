@@ -36,7 +36,11 @@ def nameless_scene(scene: Scene, names: Names) -> Scene:
     """The scene with numbers for names."""
 
     def textured(material):
-        return changed(material, textures=tuple((what, names["texture"][name]) for what, name in material.textures))
+        textures, relief = (
+            tuple((what, names["texture"][name]) for what, name in worn)
+            for worn in (material.textures, material.relief)
+        )
+        return changed(material, textures=textures, relief=relief)
 
     return changed(
         scene,

@@ -76,7 +76,7 @@ def parse_gltf(data: bytes, source: str, precision: Precision) -> Scene:
         lost.say("the file has no light: ambient light of 1 is all; add lights to see shapes")
     used = {thing.material for thing in found.objects}
     materials = {name: material for name, material in materials.items() if name in used}
-    worn = {texture for material in materials.values() for _, texture in material.textures}
+    worn = {texture for material in materials.values() for _, texture in material.worn()}
     for sentence in lost:
         warnings.warn(f"{source}: {sentence}", SceneNote, stacklevel=3)
     return Scene(

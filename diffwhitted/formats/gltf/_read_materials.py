@@ -27,27 +27,38 @@ class Pictures:
 
     def __init__(self, content: Content, lost: Losses):
         self._content, self._lost, self.textures = content, lost, {}
-        self._names: dict[int, str] = {}
+        self._names: dict[tuple[int, float | None], str] = {}
 
-    def worn(self, stated: dict[str, Any], where: str) -> str:
-        """The name of the texture that a material states."""
+    def worn(self, stated: dict[str, Any], where: str, steepness: float | None = None) -> str:
+        """The name of the texture that a material states; with `steepness` it is one of normals, so many times as
+        steep.
+        """
         content, number = self._content, stated.get("index", -1)
         texture = content.one("textures", number, where)
         if stated.get("texCoord", 0):
             self._lost.say("second sets of texture coordinates are lost: the first are taken")
         if "KHR_texture_transform" in stated.get("extensions", {}):
             self._lost.say("transforms of textures are lost")
-        if number not in self._names:
+        if (number, steepness) not in self._names:
             image = content.one("images", texture.get("source"), where)
-            name = f"{image.get('name') or 'picture'}_{number + 1}".replace(".", "_")
+            kind = "picture" if steepness is None else "normals"
+            name = f"{image.get('name') or kind}_{number + 1}".replace(".", "_")
+            name = f"{name}_normals" if name in self.textures else name
             sampler = content.one("samplers", texture["sampler"], where) if "sampler" in texture else {}
-            texels, file = self._texels(image, where)
+            encoding = None if steepness is None else "linear"
+            texels, file = self._texels(image, where, encoding)
+            if steepness is not None and not (texels[..., 2] > 0.5).all():
+                raise SceneError(f"picture {name} has normals that point into the surface (blue at most 0.5)")
+            if steepness not in (None, 1.0):
+                texels, file, encoding = _steepened(texels, steepness), None, None
             wrap: Any = WRAPS.get(sampler.get("wrapS", 10497), "repeat")
-            self.textures[name] = ImageTexture(texels, wrap=wrap, file=file, place=f"{content.source}: {name}")
-            self._names[number] = name
-        return self._names[number]
+            self.textures[name] = ImageTexture(
+                texels, wrap=wrap, file=file, encoding=encoding, place=f"{content.source}: {name}"
+            )
+            self._names[number, steepness] = name
+        return self._names[number, steepness]
 
-    def _texels(self, image: dict[str, Any], where: str) -> tuple[np.ndarray, str | None]:
+    def _texels(self, image: dict[str, Any], where: str, encoding: str | None) -> tuple[np.ndarray, str | None]:
         """Linear texels, and the file that holds them if there is one."""
         from ...image import read_image  # OpenImageIO takes long to load
 
@@ -55,14 +66,14 @@ class Pictures:
         try:
             if uri is not None and not uri.startswith("data:"):
                 path = content.path(uri, where)
-                return read_image(path).pixels, str(path)
+                return read_image(path, encoding=encoding).pixels, str(path)
             view = image.get("bufferView")
             data = content.file(uri, where) if uri else content.bytes_of_view(view, where)
             with tempfile.TemporaryDirectory() as folder:
                 kind = (image.get("mimeType") or (uri or "").partition(";")[0].removeprefix("data:")).rpartition("/")[2]
                 file = Path(folder) / f"picture.{kind or 'png'}"
                 file.write_bytes(data)
-                return read_image(file).pixels, None
+                return read_image(file, encoding=encoding).pixels, None
         except InputError as error:
             raise SceneError(f"{content.source}: {where}: a picture cannot be read: {error}") from None
 
@@ -92,7 +103,7 @@ def material_in(content: Content, stated: dict[str, Any], name: str, pictures: P
             lost.say(f"{{}} is rough metal (roughness {np.sqrt(alpha):.2g}): only its highlights are kept", what)
     if "metallicRoughnessTexture" in rough:
         lost.say("the texture of metal and roughness of {} is lost", what)
-    for key, said in (("normalTexture", "normals"), ("occlusionTexture", "occlusion"), ("emissiveTexture", "emission")):
+    for key, said in (("occlusionTexture", "occlusion"), ("emissiveTexture", "emission")):
         if key in stated:
             lost.say(f"the texture of {said} of {{}} is lost", what)
     if any(stated.get("emissiveFactor", ())):
@@ -104,7 +115,19 @@ def material_in(content: Content, stated: dict[str, Any], name: str, pictures: P
     if "baseColorTexture" in rough:
         worn = pictures.worn(rough["baseColorTexture"], where)
         coefficients |= {f"{key}_texture": worn for key in ("k_d", "k_t") if np.any(coefficients.get(key, 0))}
+    if "normalTexture" in stated:
+        normals = stated["normalTexture"]
+        try:
+            coefficients["normal_texture"] = pictures.worn(normals, where, float(normals.get("scale", 1.0)))
+        except SceneError as error:
+            lost.say(f"the texture of normals of {{}} is lost: {error}", what)
     return Material(**coefficients)
+
+
+def _steepened(texels: np.ndarray, by: float) -> np.ndarray:
+    """Normals so many times as steep."""
+    normal = (2 * texels - 1) * np.asarray([by, by, 1.0], texels.dtype)
+    return 0.5 + 0.5 * normal / np.linalg.norm(normal, axis=-1, keepdims=True)
 
 
 KNOWN = ("ior", "specular", "transmission", "volume")

@@ -21,6 +21,7 @@ from ...scene import (
     LIGHTS,
     MOST_ROUGHNESS_SAMPLES,
     OBJECTS,
+    RELIEFS,
     ROUGHNESS_SAMPLES,
     TEXTURES,
     FresnelModel,
@@ -108,7 +109,8 @@ class FileModels:
             name=(str, optional("Name of the light, one of a kind; light_1, ... by default.")),
         )
         texture_name = (Name, Field(description="Name of the texture, one of a kind."))
-        self.texture = entries(TEXTURES, False, bases=TABLES, name=texture_name)
+        # Shots have a table called noise too.
+        self.texture = entries(TEXTURES, False, bases=TABLES, beside={"noise": Entry}, name=texture_name)
         self.background = {
             name: entry(name, table.made, table.made.ROWS, base=BACKGROUND_TABLES.get(table.made, Entry))
             if table.made.KEYED
@@ -153,6 +155,7 @@ class FileModels:
                 f"{row.name}_texture": (str, optional(f"Name of a texture that multiplies {row.name}."))
                 for row in textured_rows()
             },
+            **{key: (str, optional(meaning)) for key, meaning in RELIEFS.items()},
         )
         self.material.__doc__ = "What a surface is made of; a coefficient is a number or linear RGB."
         self.shot = entry("shot", Shot, Shot.ROWS, True, ShotTable, **shot_fields())

@@ -1,8 +1,11 @@
-"""Patterns that multiply a coefficient, a kind a file."""
+"""Patterns that multiply a coefficient or bend the normal, a kind a file."""
 
 from ._checker import Checker
+from ._dimples import Dimples
 from ._image import ImageTexture
 from ._kinds import TEXTURES
+from ._noise import Noise
 from ._texture import AbstractTexture, TexturePoint
+from ._waves import Waves
 
-__all__ = ["TEXTURES", "AbstractTexture", "Checker", "ImageTexture", "TexturePoint"]
+__all__ = ["TEXTURES", "AbstractTexture", "Checker", "Dimples", "ImageTexture", "Noise", "TexturePoint", "Waves"]

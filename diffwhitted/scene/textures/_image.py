@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from ..._errors import SceneError
+from ...numerics._safe import safe_divide, safe_sqrt
 from ...numerics._vector import Vec3
 from ...records import Row, changed, is_traced, listed, members_at, read_rows, require, rows_of, shifted
 from ._levels import WRAPS, Levels, Wrap, pyramid
@@ -54,6 +55,7 @@ class ImageTexture(AbstractTexture):
             excluded=True, scale="log", moves="patterns"),
     )  # fmt: skip
     FOOTPRINT: ClassVar[bool] = True
+    SLOPED: ClassVar[bool] = True
 
     texels: Float[Array, "height width 3"]
     origin: Float[Array, "3"] | None
@@ -150,6 +152,7 @@ class ImageTable(AbstractTexture):
     TYPE: ClassVar[str] = ImageTexture.TYPE
     ROWS: ClassVar[tuple[Row, ...]] = ImageTexture.ROWS
     FOOTPRINT: ClassVar[bool] = True
+    SLOPED: ClassVar[bool] = True
 
     texels: Float[Array | np.ndarray, "..."]
     keys: dict[str, Float[Array, "..."]]
@@ -182,14 +185,54 @@ class ImageTable(AbstractTexture):
             square = square & ((longer < 2 * shorter) | (longer < 1))
         return wide & square, wide & ~square
 
-    def _blended(self, point: TexturePoint, colour) -> Vec3:
-        """The colour by the mapping, or by the three of them, weighted."""
+    def slopes(self, point: TexturePoint, width, along: tuple[TexturePoint, ...]):
+        def rises(levels: Levels, uv):
+            (u, v), turns = self._turning(uv, point, along)
+            in_u, in_v = levels.slopes(u, v, self._spread(turns, width))
+            return tuple(in_u * du + in_v * dv for du, dv in turns)
+
+        return self._blended(point, rises)
+
+    def leanings(self, point: TexturePoint, width, along: tuple[TexturePoint, TexturePoint]):
+        """The slopes of the surface whose normals are the texels: 2 c - 1 = (x, y, z) along +u, +v and outwards.
+
+        `along`: two unit steps at right angles, right-handed with the outward normal. Edge: where u or v does not
+        change, as at a pole, the slopes are 0.
+        """
+
+        def leans(levels: Levels, uv):
+            (u, v), turns = self._turning(uv, point, along)
+            colour = levels.softened(u, v, self._spread(turns, width))
+            x, y = (safe_divide(1 - 2 * channel, 2 * colour.z - 1) for channel in (colour.x, colour.y))
+            (u_one, u_other), (v_one, v_other) = zip(*turns, strict=True)
+            side = jnp.sign(u_one * v_other - u_other * v_one)
+            # The step in which u grows and v does not.
+            size = safe_sqrt(v_one * v_one + v_other * v_other)
+            one, other = safe_divide(side * v_other, size), safe_divide(-side * v_one, size)
+            return x * one - y * side * other, x * other + y * side * one
+
+        return self._blended(point, leans)
+
+    def _turning(self, uv, point: TexturePoint, along: tuple[TexturePoint, ...]):
+        """The coordinates, and their change along each of some steps; a blend of three mappings counts as fixed."""
+        return uv(point), [jax.jvp(uv, (point,), (step,))[1] for step in along]
+
+    def _spread(self, turns, width):
+        """Texels over which a width is spread."""
+        height, across = self.size_in_texels
+        square = sum(((du * across) ** 2 + (dv * height) ** 2 for du, dv in turns), jnp.zeros_like(width))
+        return width * safe_sqrt(0.5 * square)
+
+    def _blended(self, point: TexturePoint, of_mapping):
+        """What `of_mapping(levels, coordinates)` gives, Vec3 or other arrays, for the mapping, or for the three of
+        them, weighted.
+        """
         levels = self._levels()
-        parts = [colour(levels, uv) for uv in self._coordinates()]
+        parts = [of_mapping(levels, uv) for uv in self._coordinates()]
         if len(parts) == 1:
             return parts[0]
-        first, second, third = (part * weight for part, weight in zip(parts, blend(point.normal), strict=True))
-        return first + second + third
+        weights = blend(point.normal)
+        return jax.tree.map(lambda *three: sum(a * w for a, w in zip(three, weights, strict=True)), *parts)
 
     def _coordinates(self):
         return MAPPINGS[self.mapping][0](self.keys)

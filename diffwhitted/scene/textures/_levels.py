@@ -113,6 +113,50 @@ class Levels(eqx.Module):
         total, _ = jax.lax.scan(strip, Vec3(none, none, none), along_long)
         return total * (1 / (probes[0] * probes[1]))
 
+    def softened(self, u: Float[Array, "*n"], v: Float[Array, "*n"], spread: Float[Array, "*n"]) -> Vec3:
+        """About the mean over a square of so many texels: between the two levels whose texels are as large; continuous
+        in `spread`.
+        """
+        return self._between(spread, lambda *level: self._bilinear(u, v, *level))
+
+    def slopes(
+        self, u: Float[Array, "*n"], v: Float[Array, "*n"], spread: Float[Array, "*n"]
+    ) -> tuple[Float[Array, "*n"], Float[Array, "*n"]]:
+        """How the mean of the channels of `softened` rises in u and in v: differences over a texel of each level, so
+        that they are continuous where bilinear interpolation bends.
+        """
+
+        def height(u, v, *level):
+            colour = self._bilinear(u, v, *level)
+            return (colour.x + colour.y + colour.z) / 3
+
+        def rise(rows, columns, first):
+            across, up, level = 0.5 / columns, 0.5 / rows, (rows, columns, first)
+            return (
+                (height(u + across, v, *level) - height(u - across, v, *level)) * columns,
+                (height(u, v + up, *level) - height(u, v - up, *level)) * rows,
+            )
+
+        return self._between(spread, rise)
+
+    def _between(self, spread: Float[Array, "*n"], look: Callable):
+        """What `look(rows, columns, first texel)` gives, between the two levels whose texels are `spread` wide."""
+        last = len(level_sizes(*self.size)) - 1
+        # What is not alive may hold anything.
+        spread = jnp.where(jnp.isfinite(spread), spread, 1)
+        place = jnp.log2(jnp.clip(spread, 1.0, 2.0**last))
+        lower = jnp.clip(jnp.floor(jax.lax.stop_gradient(place)).astype(jnp.int32), 0, max(last - 1, 0))
+        part = place - lower
+        sizes = np.asarray(level_sizes(*self.size))
+
+        def level(number):
+            rows, columns = (lookup(jnp.asarray(sizes[:, k], spread.dtype), number) for k in (0, 1))
+            first = lookup(jnp.asarray(_starts(sizes), jnp.int32), number) + self.which * self.texels.shape[1]
+            return look(rows, columns, first)
+
+        fine, coarse = level(lower), level(jnp.minimum(lower + 1, last))
+        return jax.tree.map(lambda a, b: a * (1 - part) + b * part, fine, coarse)
+
     def _level(self, apart: Float[Array, "*n"]) -> Int[Array, "*n"]:
         """The level whose texels are `apart`, to the nearest power of two."""
         last = len(level_sizes(*self.size)) - 1

@@ -1,9 +1,10 @@
-"""The contract of a texture: a pattern that multiplies a coefficient."""
+"""The contract of a texture: a pattern that multiplies a coefficient, or whose slopes bend the normal."""
 
 from abc import abstractmethod
 from typing import ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
@@ -38,6 +39,8 @@ class AbstractTexture(eqx.Module):
     ROWS: ClassVar[tuple[Row, ...]]
     FOOTPRINT: ClassVar[bool] = False
     """Its mean over a footprint is stated."""
+    SLOPED: ClassVar[bool] = False
+    """Its colour changes smoothly, so that it may be a height (see `slopes`)."""
 
     @property
     def needs_uv(self) -> bool:
@@ -73,6 +76,26 @@ class AbstractTexture(eqx.Module):
         slant_v v) away from its middle, u and v from -1/2 to 1/2.
         """
         return self.at(point)
+
+    def softened(self, point: TexturePoint, width: Float[Array, "*n"]) -> Vec3:
+        """Linear RGB, about the mean over so many metres of the surface around each point."""
+        return self.at(point)
+
+    def slopes(
+        self, point: TexturePoint, width: Float[Array, "*n"], along: tuple[TexturePoint, ...]
+    ) -> tuple[Float[Array, "*n"], ...]:
+        """How much the mean of the three channels rises along each change of the point; differentiable.
+
+        `width`: metres of the surface over which it is softened.
+        """
+
+        def height(point: TexturePoint) -> Float[Array, "*n"]:
+            colour = self.softened(point, width)
+            return (colour.x + colour.y + colour.z) / 3
+
+        together = jax.tree.map(lambda *steps: jnp.stack(steps), *along)
+        rises = jax.vmap(lambda step: jax.jvp(height, (point,), (step,))[1])(together)
+        return tuple(rises[k] for k in range(len(along)))
 
     def varies(
         self,
