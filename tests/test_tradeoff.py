@@ -101,7 +101,7 @@ def test_a_tracer_gives_the_picture_of_render(tracer, values):
 def test_pixels_that_need_more_room_are_dealt_to_more_passes(tracer):
     small = Tracer(tracer.scene, tracer.camera)
     settings = dw.Settings(depth=4)
-    small._plans[False, settings.light_samples, "stated"] = small.plan(settings).with_capacity(1)
+    small._plans[False, settings.light_samples, "stated", None] = small.plan(settings).with_capacity(1)
     assert small.trace(settings).rays == tracer.trace(settings).rays > small.plan(settings).capacity
     np.testing.assert_allclose(small.trace(settings).pixels, tracer.trace(settings).pixels, atol=1e-6)
 

@@ -11,7 +11,7 @@ from typing import Any
 from .._errors import SceneError
 from ..records import changed
 from ..rendering._antialias import check_threshold
-from ..scene import DEEPEST, MOST_SAMPLES, Scene, check_footprint, whole_number
+from ..scene import DEEPEST, MOST_BLUR_SAMPLES, MOST_SAMPLES, Scene, check_footprint, whole_number
 from ..shapes import SHADING
 
 STATED = "stated"
@@ -150,6 +150,17 @@ class Settings:
         text="light samples {}",
         argument=None,
         check=lambda v: v if v is None else whole_number(v, "light_samples", lowest=0, highest=MOST_SAMPLES),
+    )
+    blur_samples: int | None = _row(
+        None,
+        costs="time in proportion to the trees, where a pixel has fewer places than that",
+        off=None,
+        controls="noise of what a lens or motion blurs; None is what the camera says",
+        sweep=(1, 4, 16, 64),
+        group="blur",
+        text="blur samples {}",
+        argument=None,
+        check=lambda v: v if v is None else whole_number(v, "blur_samples", highest=MOST_BLUR_SAMPLES),
     )
     precision: str = _row(
         "float32",

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ._blur import CONVERGED_BLUR, blurs
 from ._knobs import Settings
 from ._tracer import Tracer
 
@@ -34,6 +35,9 @@ class Reference:
     """Points of each lamp with a size; None: as in the scene."""
     rays: int
 
+    blur_samples: int | None
+    """Trees a pixel of a camera that blurs, at the least; None: as the camera says."""
+
     @property
     def difference(self) -> float:
         """RMSE of one against the other."""
@@ -43,7 +47,8 @@ class Reference:
         (least, depth), (most, deepest) = LEVELS[1], LEVELS[self.level]
         finer = f", up to {most} x {most} and depth {deepest} where that changes most" if self.level > 1 else ""
         lamps = "" if self.light_samples is None else f", {self.light_samples} points a lamp"
-        return f"{least} x {least} filtered trees a pixel of depth {depth}{finer}{lamps}"
+        blur = "" if self.blur_samples is None else f", {self.blur_samples} trees or more a pixel"
+        return f"{least} x {least} filtered trees a pixel of depth {depth}{finer}{lamps}{blur}"
 
 
 def reference(
@@ -65,6 +70,7 @@ def reference(
     sizes = [len(pixels), *(max(1, int(len(pixels) * SHARE**n)) for n in range(len(LEVELS) - 1))]
     work = [size * side**2 for size, (side, _) in zip(sizes, LEVELS, strict=True)]
     which, rays = np.arange(len(pixels)), 0
+    blur = CONVERGED_BLUR if blurs(tracer.camera) else None
     refined = before = np.zeros((len(pixels), 3))
     for level, (size, (side, depth)) in enumerate(zip(sizes, LEVELS, strict=True)):
         if level > 1:
@@ -72,18 +78,18 @@ def reference(
             which = np.sort(which[np.argpartition(-change, size - 1)[:size]])
         before, refined = before.copy(), refined.copy()
         before[which] = refined[which]
+        settings = Settings(
+            depth=depth, cutoff=CUTOFF, footprint=side, light_samples=light_samples, blur_samples=blur, shading="phong"
+        )
         parts = np.array_split(which, -(-size * side**2 // AT_ONCE))
         for number, part in enumerate(parts):
-            found = tracer.trace_spread(
-                Settings(depth=depth, cutoff=CUTOFF, footprint=side, light_samples=light_samples, shading="phong"),
-                pixels[part],
-            )
+            found = tracer.trace_spread(settings, pixels[part])
             refined[part], rays = found.pixels, rays + found.rays
             if on_work is not None:
                 on_work((sum(work[:level]) + work[level] * (number + 1) / len(parts)) / sum(work))
         if level and rmse(refined, before) <= wanted(refined):
             break
-    return Reference(refined, before, level, light_samples, rays)
+    return Reference(refined, before, level, light_samples, rays, blur)
 
 
 def rmse(one: ArrayLike, other: ArrayLike) -> float:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import jax
 import numpy as np
 
+from ._blur import blurs
 from ._knobs import KNOBS, Knob, Settings
 from ._lamps import has_sized_lights
 from ._reference import rmse
@@ -35,6 +36,7 @@ def swept_knobs(tracer: Tracer) -> list[Knob]:
         "tree": not tracer.branches,
         "arithmetic": not jax.config.jax_enable_x64,  # pyright: ignore[reportAttributeAccessIssue]
         "light": not has_sized_lights(tracer.scene),
+        "blur": not blurs(tracer.camera),
         "mesh": all(thing.interpolation in (None, "flat") for thing in tracer.scene.objects),
     }
     return [knob for knob in KNOBS if not idle.get(knob.group)]

@@ -17,7 +17,7 @@ from jaxtyping import Array, Float, Int
 from ..illumination import SurfacePoint, fresnel_highlight, polished, polished_most, polished_towards  # fmt: skip
 from ..numerics._vector import Vec3
 from ..records import changed
-from ..scene import Scene, Tables
+from ..scene import AbstractCamera, Scene, Tables
 from ._asked import Asked
 from ._fresnel import Passed, dielectric, dielectric_extremes, metal, metal_extremes
 from ._light_effects import (
@@ -32,6 +32,7 @@ from ._light_effects import (
 from ._reasons import (
     Reason,
     absorbing,
+    at_rest,
     caster,
     coated,
     dark,
@@ -40,6 +41,7 @@ from ._reasons import (
     flat,
     gradient,
     interpolated,
+    moving,
     no_ambient,
     no_light_around,
     no_shadows,
@@ -54,6 +56,7 @@ from ._reasons import (
     weighed_highlight,
     with_coefficient,
     with_fresnel,
+    with_lens,
     with_light,
 )  # fmt: skip
 from ._surrounded import brightest_of, sent_back_diffusely, sent_back_in_highlight
@@ -161,6 +164,8 @@ EFFECTS: tuple[Effect, ...] = (
            models=("fresnel",), weighs=metal, extremes=("metal", metal_extremes)),
     Effect("dispersion", dispersing, "no index hangs on the wavelength", SPLIT, one_band),
     Effect("gloss", rough, "no surface that sends rays on is rough", SPLIT),
+    Effect("lens", with_lens, "no camera has aperture > 0"),
+    Effect("motion", moving, "no camera has shutter > 0", forbidden=at_rest),
     Effect("absorption", absorbing, "no transparent object has extinction > 0", BENT),
     Effect("nested_media", second_glass, "fewer than two transparent solids", BENT),
     Effect("shared_surfaces", touching, "no transparent object shares a surface with another", BENT),
@@ -262,14 +267,19 @@ class Decision:
 
 
 def decide_effects(
-    scene: Scene, free: Collection[str] = (), max_depth: int | None = None, footprint: int | None = None
+    scene: Scene,
+    free: Collection[str] = (),
+    max_depth: int | None = None,
+    footprint: int | None = None,
+    camera: AbstractCamera | None = None,
 ) -> tuple[Decision, ...]:
     """Decide every effect for a scene and the free coefficients of a fit, in the order of the table.
 
-    `max_depth` and `footprint` replace the scene's.
+    `max_depth` and `footprint` replace the scene's, `camera` its cameras.
     """
     depth = scene.max_depth if max_depth is None else max_depth
-    asked = Asked(scene, frozenset(free), depth, scene.footprint if footprint is None else footprint)
+    cameras = tuple(scene.cameras.values()) if camera is None else (camera,)
+    asked = Asked(scene, frozenset(free), depth, scene.footprint if footprint is None else footprint, cameras)
     asked.check_clear()
     decided: list[Decision] = []
     on: set[str] = set()
