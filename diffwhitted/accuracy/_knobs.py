@@ -4,86 +4,20 @@ A knob is one field of `Settings`: its row of the table stands beside it.
 """
 
 import itertools
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from .._errors import SceneError
 from ..records import changed
-from ..rendering._antialias import check_threshold
-from ..scene import DEEPEST, MOST_ROUGHNESS_SAMPLES, MOST_SAMPLES, Scene, check_footprint, whole_number
+from ..scene import DEEPEST, MOST_BLUR_SAMPLES, MOST_ROUGHNESS_SAMPLES, MOST_SAMPLES, Scene, whole_number
 from ..shapes import SHADING
+from ._knob import STATED, Knob, antialias_of, cutoff_of, footprint_of, fresnel_of, precision_of, row, shading_of
 from ._lamps import with_light_samples
 from ._materials import BOTH, with_materials
 
-STATED = "stated"
-"""The shading that each mesh states."""
 EXCLUSIVE = ("pixel",)
 """Groups of which one knob at most is turned on."""
-
-
-@dataclass(frozen=True)
-class Knob:
-    """A row of the table.
-
-    The knobs of a group do related work: of "pixel" (where a pixel is sampled) one at most is on, those of "tree"
-    (how far a ray is followed) go together, and every choice of one group goes with every choice of the other.
-    """
-
-    name: str
-    costs: str
-    controls: str
-    """Which error it makes smaller."""
-    default: Any
-    off: Any
-    """The value at which it does nothing."""
-    sweep: tuple
-    group: str
-    text: str
-    """How a setting reads: "depth {}"."""
-    argument: str | None
-    """Of `diffwhitted.render`; None for what belongs to the scene."""
-    check: Callable[[Any], Any] = field(repr=False)
-
-
-def _row(default: Any, **columns: Any) -> Any:
-    """A field of `Settings` with its row of the table."""
-    return field(default=default, metadata={"row": {"default": default, **columns}})
-
-
-def _footprint(value) -> int:
-    check_footprint(value, "")
-    return value
-
-
-def _cutoff(value) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < 1:
-        raise SceneError(f"cutoff = {value!r}; allowed is 0 (follow every branch) or more, below 1")
-    return float(value)
-
-
-def _antialias(value) -> float:
-    if value != 0:
-        check_threshold(value)
-    return float(value)
-
-
-def _precision(value) -> str:
-    if value not in ("float32", "float64"):
-        raise SceneError(f"precision = {value!r}; allowed is float32, float64")
-    return value
-
-
-def _fresnel(value) -> str | None:
-    if value not in (None, *BOTH):
-        raise SceneError(f"fresnel = {value!r}; allowed is {', '.join(BOTH)}")
-    return value
-
-
-def _shading(value) -> str:
-    if value not in (STATED, *SHADING):
-        raise SceneError(f"shading = {value!r}; allowed is {', '.join((STATED, *SHADING))}")
-    return value
 
 
 @dataclass(frozen=True)
@@ -92,7 +26,7 @@ class Settings:
     once.
     """
 
-    depth: int = _row(
+    depth: int = row(
         5,
         costs="rays: every level more follows the reflected and refracted rays of the one before",
         off=DEEPEST,
@@ -103,7 +37,7 @@ class Settings:
         argument="max_depth",
         check=lambda v: whole_number(v, "depth", highest=DEEPEST),
     )
-    cutoff: float = _row(
+    cutoff: float = row(
         0.0,
         costs="rays: a smaller cutoff follows fainter branches",
         off=0.0,
@@ -112,9 +46,9 @@ class Settings:
         group="tree",
         text="cutoff {:.2g}",
         argument="cutoff",
-        check=_cutoff,
+        check=cutoff_of,
     )
-    samples: int = _row(
+    samples: int = row(
         1,
         costs="time in proportion to n x n points a pixel",
         off=1,
@@ -125,7 +59,7 @@ class Settings:
         argument="samples",
         check=lambda v: whole_number(v, "samples"),
     )
-    footprint: int = _row(
+    footprint: int = row(
         0,
         costs="about 4 times a point for one tree, and k x k times that",
         off=0,
@@ -134,9 +68,9 @@ class Settings:
         group="pixel",
         text="footprint {}",
         argument="footprint",
-        check=_footprint,
+        check=footprint_of,
     )
-    antialias: float = _row(
+    antialias: float = row(
         0.0,
         costs="time: a smaller threshold divides more pixels",
         off=0.0,
@@ -145,9 +79,9 @@ class Settings:
         group="pixel",
         text="antialias {:.2g}",
         argument="antialias",
-        check=_antialias,
+        check=antialias_of,
     )
-    light_samples: int | None = _row(
+    light_samples: int | None = row(
         None,
         costs="time in proportion to the points, each with its shadow rays",
         off=None,
@@ -159,7 +93,7 @@ class Settings:
         argument=None,
         check=lambda v: v if v is None else whole_number(v, "light_samples", lowest=0, highest=MOST_SAMPLES),
     )
-    fresnel: str | None = _row(
+    fresnel: str | None = row(
         None,
         costs="a few operations a ray: exact takes two roots more than schlick",
         off=None,
@@ -169,9 +103,9 @@ class Settings:
         group="fresnel",
         text="fresnel {}",
         argument=None,
-        check=_fresnel,
+        check=fresnel_of,
     )
-    roughness_samples: int | None = _row(
+    roughness_samples: int | None = row(
         None,
         costs="time in proportion to the trees, that many a pixel or more",
         off=None,
@@ -182,7 +116,18 @@ class Settings:
         argument=None,
         check=lambda v: v if v is None else whole_number(v, "roughness_samples", highest=MOST_ROUGHNESS_SAMPLES),
     )
-    precision: str = _row(
+    blur_samples: int | None = row(
+        None,
+        costs="time in proportion to the trees, where a pixel has fewer places than that",
+        off=None,
+        controls="noise of what a lens or motion blurs; None is what the camera says",
+        sweep=(1, 4, 16, 64),
+        group="blur",
+        text="blur samples {}",
+        argument=None,
+        check=lambda v: v if v is None else whole_number(v, "blur_samples", highest=MOST_BLUR_SAMPLES),
+    )
+    precision: str = row(
         "float32",
         costs="memory and time, up to twice",
         off="float32",
@@ -191,9 +136,9 @@ class Settings:
         group="arithmetic",
         text="{}",
         argument=None,
-        check=_precision,
+        check=precision_of,
     )
-    shading: str = _row(
+    shading: str = row(
         STATED,
         costs="time at each point of a mesh that is not flat; what it costs is measured, not known beforehand",
         off=STATED,
@@ -202,7 +147,7 @@ class Settings:
         group="mesh",
         text="shading {}",
         argument=None,
-        check=_shading,
+        check=shading_of,
     )
 
     def __post_init__(self):
@@ -235,9 +180,9 @@ class Settings:
         )
 
     @property
-    def variant(self) -> tuple[int | None, str, str | None, int | None]:
-        """What makes another scene of the one that is asked for."""
-        return self.light_samples, self.shading, self.fresnel, self.roughness_samples
+    def variant(self) -> tuple[int | None, str, str | None, int | None, int | None]:
+        """What makes another scene, or another camera, of the one that is asked for."""
+        return self.light_samples, self.shading, self.fresnel, self.roughness_samples, self.blur_samples
 
     def applied(self, scene: Scene) -> Scene:
         """The scene with its lamps looked at, and its meshes and materials shaded, as these settings say."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ._blur import CONVERGED_BLUR, blurs
 from ._knobs import Settings
 from ._tracer import Tracer
 
@@ -42,11 +43,12 @@ class Reference:
     def __str__(self) -> str:
         (least, depth), (most, deepest) = LEVELS[1], LEVELS[self.level]
         finer = f", up to {most} x {most} and depth {deepest} where that changes most" if self.level > 1 else ""
-        lamps, fresnel, normals = self.variant.light_samples, self.variant.fresnel, self.variant.roughness_samples
-        lamps = "" if lamps is None else f", {lamps} points a lamp"
-        fresnel = "" if fresnel is None else f", fresnel {fresnel}"
-        normals = "" if normals is None else f", {normals} normals a tree"
-        return f"{least} x {least} filtered trees a pixel of depth {depth}{finer}{lamps}{fresnel}{normals}"
+        asked = self.variant
+        lamps = "" if asked.light_samples is None else f", {asked.light_samples} points a lamp"
+        fresnel = "" if asked.fresnel is None else f", fresnel {asked.fresnel}"
+        normals = "" if asked.roughness_samples is None else f", {asked.roughness_samples} normals or more a pixel"
+        blur = "" if asked.blur_samples is None else f", {asked.blur_samples} trees or more a pixel"
+        return f"{least} x {least} filtered trees a pixel of depth {depth}{finer}{lamps}{fresnel}{normals}{blur}"
 
 
 def reference(
@@ -68,6 +70,8 @@ def reference(
     sizes = [len(pixels), *(max(1, int(len(pixels) * SHARE**n)) for n in range(len(LEVELS) - 1))]
     work = [size * side**2 for size, (side, _) in zip(sizes, LEVELS, strict=True)]
     which, rays = np.arange(len(pixels)), 0
+    if blurs(tracer.camera) and variant.blur_samples is None:
+        variant = replace(variant, blur_samples=CONVERGED_BLUR)
     refined = before = np.zeros((len(pixels), 3))
     for level, (size, (side, depth)) in enumerate(zip(sizes, LEVELS, strict=True)):
         if level > 1:
@@ -75,11 +79,10 @@ def reference(
             which = np.sort(which[np.argpartition(-change, size - 1)[:size]])
         before, refined = before.copy(), refined.copy()
         before[which] = refined[which]
+        settings = replace(variant, depth=depth, cutoff=CUTOFF, footprint=side, shading="phong")
         parts = np.array_split(which, -(-size * side**2 // AT_ONCE))
         for number, part in enumerate(parts):
-            found = tracer.trace_spread(
-                replace(variant, depth=depth, cutoff=CUTOFF, footprint=side, shading="phong"), pixels[part]
-            )
+            found = tracer.trace_spread(settings, pixels[part])
             refined[part], rays = found.pixels, rays + found.rays
             if on_work is not None:
                 on_work((sum(work[:level]) + work[level] * (number + 1) / len(parts)) / sum(work))

@@ -25,7 +25,6 @@ from ..illumination import (
 from ..numerics._vector import Vec3
 from ..records import changed
 from ..scene import Scene, Tables
-from ._asked import Asked
 from ._fresnel import Passed, dielectric, dielectric_extremes, metal, metal_extremes
 from ._light_effects import (
     by_one_ray,
@@ -39,6 +38,7 @@ from ._light_effects import (
 from ._reasons import (
     Reason,
     absorbing,
+    at_rest,
     caster,
     coated,
     dark,
@@ -47,6 +47,7 @@ from ._reasons import (
     flat,
     gradient,
     interpolated,
+    moving,
     no_ambient,
     no_light_around,
     no_shadows,
@@ -61,6 +62,7 @@ from ._reasons import (
     weighed_highlight,
     with_coefficient,
     with_fresnel,
+    with_lens,
     with_light,
     wrinkled,
 )  # fmt: skip
@@ -174,6 +176,8 @@ EFFECTS: tuple[Effect, ...] = (
     Effect("dispersion", dispersing, "no index hangs on the wavelength", SPLIT, one_band),
     Effect("gloss", rough, "no surface that sends rays on is rough", SPLIT),
     Effect("wrinkles", wrinkled, "no material bends normals", SEEN, at_lights=lit_above_horizon),
+    Effect("lens", with_lens, "no camera has aperture > 0"),
+    Effect("motion", moving, "no camera has shutter > 0", forbidden=at_rest),
     Effect("absorption", absorbing, "no transparent object has extinction > 0", BENT),
     Effect("nested_media", second_glass, "fewer than two transparent solids", BENT),
     Effect("shared_surfaces", touching, "no transparent object shares a surface with another", BENT),
@@ -263,38 +267,3 @@ class Effects:
     def lighting(self) -> bool:
         """Does any light have to be looked at?"""
         return self.diffuse or self.highlight
-
-
-@dataclass(frozen=True)
-class Decision:
-    """One effect, on or off, and the reason in words."""
-
-    name: str
-    on: bool
-    why: str
-
-
-def decide_effects(
-    scene: Scene, free: Collection[str] = (), max_depth: int | None = None, footprint: int | None = None
-) -> tuple[Decision, ...]:
-    """Decide every effect for a scene and the free coefficients of a fit, in the order of the table.
-
-    `max_depth` and `footprint` replace the scene's.
-    """
-    depth = scene.max_depth if max_depth is None else max_depth
-    asked = Asked(scene, frozenset(free), depth, scene.footprint if footprint is None else footprint)
-    asked.check_clear()
-    decided: list[Decision] = []
-    on: set[str] = set()
-    for row in effect_rows():
-        needed, missing = row.needs
-        why_not = row.forbidden(asked) or (missing if needed and not on.intersection(needed) else None)
-        reason = None if why_not else row.called_for(asked)
-        decided.append(Decision(row.name, reason is not None, reason or why_not or row.otherwise))
-        if reason is not None:
-            on.add(row.name)
-    return tuple(decided)
-
-
-def as_effects(decisions: tuple[Decision, ...]) -> Effects:
-    return Effects(frozenset(decision.name for decision in decisions if decision.on))
