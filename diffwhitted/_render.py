@@ -96,7 +96,7 @@ def render(
         )
     if traced:
         image, lost = render_passes(scene, camera, plan, samples)
-        wrong = lost | unforeseen(scene, plan) if given else lost
+        wrong = lost | unforeseen(scene, plan, camera) if given else lost
         return poisoned(image, eqx.filter((scene, camera), eqx.is_inexact_array), wrong)
     if not given:
         return traced_with_room(scene, camera, plan, samples)[0]

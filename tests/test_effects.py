@@ -43,6 +43,10 @@ class Variant:
     sky: bool = False
     lamp_ball: bool = False
     fade: tuple | None = None
+    lens: tuple = ()
+    """Keys of the camera that blur."""
+    speed: float | None = None
+    """Of the ball, straight ahead, m/s."""
     unseen: str | None = None
     """The shading of a mesh behind the camera."""
     scene: dw.Scene = field(init=False, compare=False)
@@ -59,7 +63,7 @@ class Variant:
             "scene",
             dw.Scene(
                 objects=[
-                    dw.Sphere("ball", (0, 0, 0), self.radius, "paint"),
+                    dw.Sphere("ball", (0, 0, 0), self.radius, "paint").moving(self.speed and (self.speed, 0, 0)),
                     dw.Plane("ground", (0, 1, 0), -1, "plain"),
                     *[dw.Sphere("twin", (0, 0, 0), self.radius, "paint")] * self.twin,
                     *[dw.Mesh("unseen", BEHIND, [[0, 1, 2]], "plain", shading=self.unseen)] * bool(self.unseen),
@@ -74,7 +78,7 @@ class Variant:
                 else dw.HarmonicBackground(EVEN)
                 if self.surrounded
                 else dw.ConstantBackground(SKY),
-                cameras={"main": dw.Camera((0, 0.5, 5), (0, 0, 0), 40, 8, 6)},
+                cameras={"main": dw.Camera((0, 0.5, 5), (0, 0, 0), 40, 8, 6, **dict(self.lens))},
                 shadows=self.shadows,
                 ambient=dw.Hemisphere((1, 1, 1), (1, 1, 1)) if self.sky else 1.0,
                 distance_fade=self.fade,
@@ -135,6 +139,8 @@ PAIRS = {
     "dispersion": (GLASSY, dataclasses.replace(GLASSY, ball=(*BARE.ball, ("abbe_number", 40.0)))),
     "gloss": (MIRRORING, dataclasses.replace(MIRRORING, ball=(*BARE.ball, ("roughness", 0.1)))),
     "wrinkles": (BARE, Variant(ball=(*BARE.ball, ("height_texture", "even"), ("height_scale", 0.1)))),
+    "lens": (BARE, Variant(lens=(("aperture", 1e-7), ("focus", 5.0), ("blur_samples", 1)))),
+    "motion": (BARE, Variant(lens=(("shutter", 1e-7), ("blur_samples", 1)), speed=0.1)),
     "absorption": (GLASSY, Variant(free=("paint.k_t", "paint.extinction"))),
     "nested_media": (GLASSY, Variant(free=("paint.k_t", "plain.k_t"))),
     "shared_surfaces": (GLASSY, dataclasses.replace(GLASSY, twin=True)),
@@ -260,7 +266,7 @@ def everything():
 
 OF_OTHERS = (
     "environment", "environment_highlight", "polished", "fresnel_highlight", "fresnel_exact", "fresnel_schlick",
-    "fresnel_metal", "absorption", "dispersion", "gloss", "wrinkles",
+    "fresnel_metal", "absorption", "dispersion", "gloss", "wrinkles", "lens", "motion",
 )  # fmt: skip
 """What scenes of other backgrounds and classes of materials call for."""
 

@@ -259,9 +259,9 @@ FAULTS = {
     "huge hexadecimal": ("radius = 1", "radius = 0x1" + 6000 * "0", 'object "ball"', "24001 bits", "a number > 0"),
     "unreadable integer": ("radius = 1", "radius = 1" + 6000 * "0", "broken TOML", "thousands of digits", "allowed is"),
     "deep brackets": ("radius = 1", "radius = " + 99999 * "[", "brackets", "too deeply", "allowed is"),
-    "broken value": ("radius = 1", "radius = = 1", "line 59, column 10", '"radius = = 1"', "broken TOML"),
-    "open bracket": ("[[texture]]", "[[texture", "line 32, column 10", '"[[texture"', "broken TOML"),
-    "key twice": ("radius = 1", "radius = 1\nradius = 2", "line 60", '"radius = 2"', "overwrite"),
+    "broken value": ("radius = 1", "radius = = 1", "line 64, column 10", '"radius = = 1"', "broken TOML"),
+    "open bracket": ("[[texture]]", "[[texture", "line 37, column 10", '"[[texture"', "broken TOML"),
+    "key twice": ("radius = 1", "radius = 1\nradius = 2", "line 65", '"radius = 2"', "overwrite"),
     "open text": ('"glass"\n\n[[object]]\nname = "floor"', '"""glass', "broken TOML", "Unterminated", "not closed"),
 }
 

@@ -11,7 +11,15 @@ from typing import Any
 from .._errors import SceneError
 from ..records import changed
 from ..rendering._antialias import check_threshold
-from ..scene import DEEPEST, MOST_ROUGHNESS_SAMPLES, MOST_SAMPLES, Scene, check_footprint, whole_number
+from ..scene import (
+    DEEPEST,
+    MOST_BLUR_SAMPLES,
+    MOST_ROUGHNESS_SAMPLES,
+    MOST_SAMPLES,
+    Scene,
+    check_footprint,
+    whole_number,
+)
 from ..shapes import SHADING
 from ._lamps import with_light_samples
 from ._materials import BOTH, with_materials
@@ -182,6 +190,17 @@ class Settings:
         argument=None,
         check=lambda v: v if v is None else whole_number(v, "roughness_samples", highest=MOST_ROUGHNESS_SAMPLES),
     )
+    blur_samples: int | None = _row(
+        None,
+        costs="time in proportion to the trees, that many a pixel or more",
+        off=None,
+        controls="noise of what a lens or motion blurs; None is what the camera says",
+        sweep=(1, 4, 16, 64),
+        group="blur",
+        text="blur samples {}",
+        argument=None,
+        check=lambda v: v if v is None else whole_number(v, "blur_samples", highest=MOST_BLUR_SAMPLES),
+    )
     precision: str = _row(
         "float32",
         costs="memory and time, up to twice",
@@ -235,9 +254,9 @@ class Settings:
         )
 
     @property
-    def variant(self) -> tuple[int | None, str, str | None, int | None]:
-        """What makes another scene of the one that is asked for."""
-        return self.light_samples, self.shading, self.fresnel, self.roughness_samples
+    def variant(self) -> tuple[int | None, str, str | None, int | None, int | None]:
+        """What makes another scene or camera of the one that is asked for."""
+        return self.light_samples, self.shading, self.fresnel, self.roughness_samples, self.blur_samples
 
     def applied(self, scene: Scene) -> Scene:
         """The scene with its lamps looked at, and its meshes and materials shaded, as these settings say."""

@@ -46,7 +46,9 @@ class Reference:
         lamps = "" if lamps is None else f", {lamps} points a lamp"
         fresnel = "" if fresnel is None else f", fresnel {fresnel}"
         normals = "" if normals is None else f", {normals} normals a tree"
-        return f"{least} x {least} filtered trees a pixel of depth {depth}{finer}{lamps}{fresnel}{normals}"
+        blur = self.variant.blur_samples
+        blur = "" if blur is None else f", {blur} places in the lens a tree"
+        return f"{least} x {least} filtered trees a pixel of depth {depth}{finer}{lamps}{fresnel}{normals}{blur}"
 
 
 def reference(
@@ -61,8 +63,8 @@ def reference(
 
     Filtered trees of 1/k of a pixel converge to the area of the pixel as k grows, and faster than points do. Meshes
     that are not flat are shaded by Phong, whatever they state.
-    `variant`: its knobs of lamps and materials stand in place of what the scene says. `on_work` is called with the part
-    of the work that is done, if all levels are needed. Raises `CapacityError` as `Tracer` does.
+    `variant`: its knobs of lamps, materials and camera stand in place of what the scene says. `on_work` is called with
+    the part of the work that is done, if all levels are needed. Raises `CapacityError` as `Tracer` does.
     """
     pixels, variant = tracer.all_pixels if pixels is None else pixels, variant or Settings()
     sizes = [len(pixels), *(max(1, int(len(pixels) * SHARE**n)) for n in range(len(LEVELS) - 1))]

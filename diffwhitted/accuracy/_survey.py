@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import jax
 import numpy as np
 
+from ._blur import blurs
 from ._knobs import KNOBS, Knob, Settings
 from ._lamps import has_sized_lights
 from ._materials import has_fresnel, has_gloss
@@ -38,6 +39,7 @@ def swept_knobs(tracer: Tracer) -> list[Knob]:
         "light": not has_sized_lights(tracer.scene),
         "fresnel": not has_fresnel(tracer.scene),
         "gloss": not has_gloss(tracer.scene),
+        "blur": not blurs(tracer.camera),
         "mesh": all(thing.interpolation in (None, "flat") for thing in tracer.scene.objects),
     }
     return [knob for knob in KNOBS if not idle.get(knob.group)]

@@ -29,6 +29,7 @@ from ..tree import (
     trace_left_out,
     trees_or_points,
 )
+from ._blur import with_blur_samples
 from ._knobs import Settings
 from ._places import MOST_PLACES, Corners, Places, dealt, middles, place_groups
 
@@ -78,6 +79,10 @@ class Tracer:
     def scene_with(self, settings: Settings) -> Scene:
         """The scene with its lamps looked at, and its meshes and materials shaded, as these settings say."""
         return settings.applied(self.scene)
+
+    def camera_with(self, settings: Settings) -> AbstractCamera:
+        """The camera with as many places in its lens as these settings say."""
+        return with_blur_samples(self.camera, settings.blur_samples)
 
     def trace(self, settings: Settings, pixels: np.ndarray | None = None) -> Traced:
         """Trace these pixels, all by default, as `render` does; a program that is not there yet is compiled first."""
@@ -136,11 +141,11 @@ class Tracer:
         options = {"max_depth": settings.depth, "cutoff": settings.cutoff}
         if program not in self._compiled:
             begun = time.perf_counter()
-            compile_antialias(self.scene_with(settings), self.camera, **options)
+            compile_antialias(self.scene_with(settings), self.camera_with(settings), **options)
             self.seconds_compile += time.perf_counter() - begun
             self._compiled.add(program)
         begun = time.perf_counter()
-        found = antialias(self.scene_with(settings), self.camera, settings.antialias, **options)
+        found = antialias(self.scene_with(settings), self.camera_with(settings), settings.antialias, **options)
         seconds = time.perf_counter() - begun
         picture = found.image.reshape(-1, 3).astype(np.float64)
         if pixels is None:
@@ -161,11 +166,11 @@ class Tracer:
         of what is left out.
         """
         plan, scene = self.compiled(settings, beyond), self.scene_with(settings).with_cutoff(settings.cutoff)
-        tables = tables_of(scene, plan)
+        tables, camera = tables_of(scene, plan), self.camera_with(settings)
         how = jnp.asarray(settings.depth, jnp.int32), jnp.asarray(1 / max(settings.footprint, 1), scene.dtype), beyond
 
         def film_of(corners):
-            return [_pass(tables, self.camera, plan.program, corners, *places, *how) for places in groups]
+            return [_pass(tables, camera, plan.program, corners, *places, *how) for places in groups]
 
         fewest = max(-(-len(column) // plan.pass_pixels), min(processors(), len(column) // FEWEST_PIXELS), 1)
         count = min(max(fewest, int(fewest * self._crowded.get(settings, 1))), len(column))
@@ -201,7 +206,7 @@ class Tracer:
             places = place_groups(1, self.scene.dtype)[0]
             _pass.lower(
                 tables_of(self.scene_with(settings), plan),
-                self.camera,
+                self.camera_with(settings),
                 plan.program,
                 nobody,
                 *places,
@@ -220,7 +225,8 @@ class Tracer:
         kind = bool(settings.footprint), *settings.variant
         if kind not in self._plans:
             scene, room = self.scene_with(settings), likely_room(self._sized)
-            plan = make_plan(scene, self._sized, max_depth=DEEPEST, capacity=room, footprint=int(kind[0]))
+            camera = with_blur_samples(self._sized, settings.blur_samples)
+            plan = make_plan(scene, camera, max_depth=DEEPEST, capacity=room, footprint=int(kind[0]))
             branching = plan.effects.reflection or plan.effects.refraction
             self._plans[kind] = replace(plan, effects=plan.effects.switched(cutoff=branching))
         return self._plans[kind]

@@ -74,6 +74,8 @@ class Row:
     moves: Moves = "nothing"
     """What a change of it moves in the picture: nothing (weights and colours alone), the edges of patterns, shadows,
     or the rays themselves."""
+    blurs: bool = False
+    """It decides on how sharp the picture is, which residuals that are blurred do not show."""
     freedom: Freedom | None = None
     """What a fit changes in it: each of its numbers; its direction by a turn of two angles; by a roll of one angle
     about another direction; points within the plane in which they lie. None: by its kind, "turn" of a direction."""

@@ -81,7 +81,7 @@ def _traced_passes(tables: Tables, camera: AbstractCamera, plan: Plan, samples: 
     passes = side_by_side(
         lambda number: trace_pass(tables, camera, plan, number, samples, beyond), list(_pass_numbers(plan))
     )
-    return _assembled(passes, camera)
+    return assembled(passes, camera)
 
 
 def traced_with_room(scene: Scene, camera: AbstractCamera, plan: Plan, samples: int = 1, beyond: Beyond | None = None):
@@ -97,7 +97,8 @@ def traced_with_room(scene: Scene, camera: AbstractCamera, plan: Plan, samples: 
 
 
 @eqx.filter_jit
-def _assembled(passes, camera: AbstractCamera):
+def assembled(passes, camera: AbstractCamera):
+    """The picture of all passes, and the rays other than camera rays of each of them."""
     film, needed = (jnp.stack(part) for part in zip(*passes, strict=True))
     return gathered(film, camera.height, camera.width), needed
 

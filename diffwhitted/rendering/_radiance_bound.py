@@ -40,12 +40,13 @@ def most_beyond(scene: Scene, camera: AbstractCamera, plan: Plan) -> Beyond:
 def radiance_bounds(scene: Scene, camera: AbstractCamera, plan: Plan) -> np.ndarray:
     """Most radiance that comes along a ray that leaves each object, outwards and inwards: (2, objects, 3), linear RGB.
 
-    Of trees of up to `DEEPEST` levels. Infinite where a kind of light, texture, background or effect states no bound.
+    Of trees of up to `DEEPEST` levels. Infinite where a kind of light, texture, background or effect states no bound,
+    and where anything moves: what lies apart now may touch then.
     """
     objects = numbered_objects(scene)
     left = _most_left(scene, plan)
     unknown = (row.weighs is not None and row.extremes is None and row.name in plan.effects for row in effect_rows())
-    if not np.isfinite(left) or any(unknown):
+    if not np.isfinite(left) or any(unknown) or plan.effects.motion:
         return np.full((2, len(objects), 3), np.inf)
     background = np.asarray(scene.background.brightest())
     # Bound what each object sends back itself, seen from outside and from within, and what its branches pass on.

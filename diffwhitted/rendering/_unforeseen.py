@@ -12,17 +12,17 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..scene import Material, Scene, most_ambient
+from ..scene import AbstractCamera, Material, Scene, most_ambient
 from ..tree import Plan, effect_rows
 
 
-def unforeseen(scene: Scene, plan: Plan) -> Bool[Array, ""]:
-    """Do the numbers of the scene call for something that the plan leaves out? At the cost of a few sums.
+def unforeseen(scene: Scene, plan: Plan, camera: AbstractCamera | None = None) -> Bool[Array, ""]:
+    """Do the numbers of scene and camera call for something that the plan leaves out? At the cost of a few sums.
 
     Meant for traced numbers: what is known before is checked before, and has its own message. The conditions are those
     of `decide_effects`, on values in place of what was known when the plan was made.
     """
-    left_out = [called for name, called in _called_for(scene, plan).items() if name not in plan.effects]
+    left_out = [called for name, called in _called_for(scene, plan, camera).items() if name not in plan.effects]
     return reduce(jnp.logical_or, left_out, jnp.bool_(False))
 
 
@@ -41,7 +41,7 @@ def _poisoned_jvp(primals, tangents):
     return poisoned(image, inputs, wrong), along * jnp.where(wrong, jnp.nan, 1) + spoilt.astype(image.dtype)
 
 
-def _called_for(scene: Scene, plan: Plan) -> dict[str, Bool[Array, ""] | bool]:
+def _called_for(scene: Scene, plan: Plan, camera: AbstractCamera | None) -> dict[str, Bool[Array, ""] | bool]:
     """By the name of an effect: does some number call for it? Left out are those that numbers do not decide."""
     objects_of, solids_of = (
         Counter(o.material for o in objects) for objects in (scene.objects, (o for o in scene.objects if o.solid))
@@ -71,12 +71,24 @@ def _called_for(scene: Scene, plan: Plan) -> dict[str, Bool[Array, ""] | bool]:
         "total_internal_reflection": reduce(jnp.logical_or, map(_dense, used), jnp.bool_(False)) & deep,
         "nested_media": (glass > 1) & (solids > 0) & deep,
         "textures": _any(m.at_work(name) for m in used for name, _ in m.textures),
+        "lens": _is_some(camera, "aperture"),
+        "motion": _is_some(camera, "shutter") & _moves(scene, camera),
         "cutoff": _positive(scene.cutoff) & plan.effects.branching,
     }
 
 
 def _absorbs(material: Material) -> Bool[Array, ""]:
     return _positive(material.k_t) & _positive(material.extinction)
+
+
+def _is_some(camera: AbstractCamera | None, key: str) -> Bool[Array, ""]:
+    value = None if camera is None else getattr(camera, key)
+    return jnp.bool_(False) if value is None else _positive(value)
+
+
+def _moves(scene: Scene, camera: AbstractCamera | None) -> Bool[Array, ""]:
+    velocities = (thing.velocity for thing in (*scene.objects, camera) if thing and thing.velocity is not None)
+    return _any(abs(velocity) for velocity in velocities)
 
 
 def _positive(value) -> Bool[Array, ""]:

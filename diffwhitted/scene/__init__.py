@@ -50,7 +50,7 @@ from .backgrounds import (
     GradientBackground,
     HarmonicBackground,
 )
-from .cameras import CAMERAS, VIEW, AbstractCamera, Camera, OrthographicCamera
+from .cameras import BLUR_SAMPLES, CAMERAS, MOST_BLUR_SAMPLES, VIEW, AbstractCamera, Camera, OrthographicCamera
 from .lights import (
     LIGHTS,
     MOST_SAMPLES,
@@ -67,17 +67,17 @@ from .textures import TEXTURES, AbstractTexture, Checker, Dimples, ImageTexture,
 
 __all__ = [
     "AbstractBackground", "AbstractCamera", "AbstractLight", "AbstractObject", "AbstractTexture", "Ambient",
-    "BACKGROUNDS", "BY_NAME", "Border", "Box", "CAMERAS", "CHOICES", "CLASSES", "CLASS_NAMES", "COEFFICIENTS",
-    "Camera", "Checker", "Cone", "ConstantBackground", "Cylinder", "DEEPEST", "DISTANCE_FADE", "DirectionalLight",
-    "Dimples", "Disc", "EnvironmentBackground", "FAMILIES", "FRESNEL_MODELS", "FresnelModel", "GradientBackground",
-    "HIGHLIGHTS", "HarmonicBackground", "Hemisphere", "HighlightModel", "ImageTexture", "LIGHTS",
-    "MOST_ROUGHNESS_SAMPLES", "MOST_SAMPLES", "Marks", "Material", "Mesh", "Noise", "OBJECTS", "OrthographicCamera",
-    "POSE", "Parameter", "Patch", "PixelFilter", "Plane", "PointLight", "Polygon", "Polyhedron", "Precision",
-    "Quadric", "ROUGHNESS_SAMPLES", "RELIEFS", "RectangleLight", "Row", "Scene", "ShadowModel", "Sheet", "Shot",
-    "Sphere", "SphereLight", "SphereSet", "SpotLight", "TEXTS", "TEXTURES", "Tables", "TexturePoint", "Torus",
+    "BACKGROUNDS", "BLUR_SAMPLES", "BY_NAME", "Border", "Box", "CAMERAS", "CHOICES", "CLASSES", "CLASS_NAMES",
+    "COEFFICIENTS", "Camera", "Checker", "Cone", "ConstantBackground", "Cylinder", "DEEPEST", "DISTANCE_FADE",
+    "Dimples", "DirectionalLight", "Disc", "EnvironmentBackground", "FAMILIES", "FRESNEL_MODELS", "FresnelModel",
+    "GradientBackground", "HIGHLIGHTS", "HarmonicBackground", "Hemisphere", "HighlightModel", "ImageTexture", "LIGHTS",
+    "MOST_BLUR_SAMPLES", "MOST_ROUGHNESS_SAMPLES", "MOST_SAMPLES", "Marks", "Material", "Mesh", "Noise", "OBJECTS",
+    "OrthographicCamera", "POSE", "Parameter", "Patch", "PixelFilter", "Plane", "PointLight", "Polygon", "Polyhedron",
+    "Precision", "Quadric", "RELIEFS", "ROUGHNESS_SAMPLES", "RectangleLight", "Row", "Scene", "ShadowModel", "Sheet",
+    "Shot", "Sphere", "SphereLight", "SphereSet", "SpotLight", "TEXTS", "TEXTURES", "Tables", "TexturePoint", "Torus",
     "TotalReflection", "VIEW", "WITHOUT_NAME", "WarnLight", "Waves", "check_footprint", "coefficient_value",
     "coefficients", "depth_number", "find_parameter", "float_dtype", "from_middle", "highest_coat",
-    "including_coefficient", "is_traced", "maps", "marks_of", "material_names", "most_ambient", "near",
-    "nearest_name", "numbered_objects", "parameter_value", "parameters", "replace_coefficient", "replace_parameter",
-    "shared_sheets", "shortest", "tabled_lights", "tabulate", "texture_names", "textured_rows", "whole_number",
+    "including_coefficient", "is_traced", "maps", "marks_of", "material_names", "most_ambient", "near", "nearest_name",
+    "numbered_objects", "parameter_value", "parameters", "replace_coefficient", "replace_parameter", "shared_sheets",
+    "shortest", "tabled_lights", "tabulate", "texture_names", "textured_rows", "whole_number",
 ]  # fmt: skip

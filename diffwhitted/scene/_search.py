@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Array, Bool
 
 from ..geometry import AbstractSurfaces, BoxTree, Shapes, Sheets, boxes_over, compiled, prepare
-from ..records import is_traced
+from ..records import changed, is_traced
 from ..shapes import OBJECTS, AbstractObject
 
 MANY, MANY_COMPILED = 256, 32
@@ -49,6 +49,21 @@ def shapes_of(objects: Sequence[AbstractObject], known: Sequence[Known | None], 
     first = (np.cumsum(counts) - counts).astype(np.int32)
     numbers = jnp.asarray(first), jnp.asarray(counts, jnp.int32)
     return Shapes(tuple(families), jnp.asarray(of), sheets, tuple(boxes), numbers)
+
+
+def families_of(objects: Sequence[AbstractObject]) -> Iterator[AbstractSurfaces]:
+    """The families of numbered objects."""
+    return (_family(kind, columns) for kind, _, columns in _kinds(objects))
+
+
+def with_families(shapes: Shapes, families: Sequence[AbstractSurfaces]) -> Shapes:
+    """The same with other geometry; the trees of boxes are made of it, in the program."""
+
+    def made(family, before):
+        return before if before is None else boxes_over(*_extent(jax.lax.stop_gradient(family)))
+
+    boxes = tuple(made(*pair) for pair in zip(families, shapes.boxes, strict=True))
+    return changed(shapes, families=tuple(families), boxes=boxes)
 
 
 def known_boxes(objects: Sequence[AbstractObject]) -> tuple[Known | None, ...]:

@@ -23,6 +23,7 @@ from ._coefficients import SWITCHED, coefficients
 from ._dispersion import departures
 from ._hemisphere import Hemisphere
 from ._material import CHOICES, Material, textured_rows
+from ._motion import Motion, motion_of
 from ._relief import RELIEFS, Relief
 from ._scene import Scene
 from ._search import Known, known_boxes, shapes_of
@@ -87,7 +88,11 @@ class Tables(eqx.Module):
     departures: Float[Array, "materials bands"] | None = None
     """By how much the index of each material departs from that of the line d in each band; None: nowhere."""
     seed: Int[Array, ""] | None = None
-    """Of what is left to chance; None where nothing is."""
+    """Of what is left to chance."""
+    motion: Motion | None = None
+    """Of the objects; None where none moves."""
+    shift: Vec3 | None = None
+    """How far each object has moved from where it is stated (see `tree._motion`); None: not at all."""
     relief: Relief | None = None
     """What bends normals; None where nothing does."""
     max_depth: Int[Array, ""] | None = None
@@ -162,7 +167,8 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         rank=_ranked(objects),
         marks=changed(marks, boxes=()),
         departures=_departures(scene, materials),
-        seed=jnp.int32(scene.seed) if any(m.is_rough for m in materials) else None,
+        seed=jnp.int32(scene.seed),
+        motion=motion_of(objects, scene.dtype),
         relief=_relief(materials, number_of, textures),
     )
 

@@ -16,7 +16,7 @@ from ._patches import Patches, bernstein
 from ._plane import Plane, Planes
 from ._polygon import Polygon, Polygons
 from ._polyhedron import Faces, Polyhedra, Polyhedron
-from ._pose import POSE, has_pose
+from ._pose import POSE, VELOCITY, has_pose
 from ._quadric import Quadric, Quadrics
 from ._sphere import Sphere, Spheres
 from ._sphere_set import SphereSet
@@ -27,5 +27,5 @@ __all__ = [
     "AbstractObject", "Box", "Boxes", "Cone", "Cylinder", "Disc", "Discs", "Faces", "Frusta", "Mesh", "OBJECTS",
     "POSE", "Patch", "Patches", "Plane", "Planes", "Polygon", "Polygons", "Polyhedra", "Polyhedron", "Quadric",
     "Quadrics", "SHADING", "Sphere", "SphereSet", "Spheres", "Tori", "Torus", "Triangles", "bernstein",
-    "cut_into_triangles", "has_pose", "mean_normals", "read_parts",
+    "cut_into_triangles", "VELOCITY", "has_pose", "mean_normals", "read_parts",
 ]  # fmt: skip

@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 from ..geometry import AbstractSurfaces
 from ..numerics._vector import Vec3
 from ..records import Row, changed, in_dtype, is_traced, moved, stacked
-from ._pose import NAMES, POSE, affine, by_rows, has_pose, stated_pose
+from ._pose import NAMES, POSE, VELOCITY, affine, by_rows, has_pose, stated_pose
 
 SHADING = ("flat", "gouraud", "fast_phong", "phong")
 """How light is interpolated over triangles: not at all, the light itself, or the normal, by a series or as it is."""
@@ -25,7 +25,8 @@ class AbstractObject(eqx.Module):
     A new shape states `TYPE`, `ROWS`, `FAMILY`, `family`, and its fields with their checks.
 
     `name` and `material` are static fields (`eqx.field(static=True)`); `__init__` takes them, the rows by their names,
-    and `place`, which is what messages call the record. The keys of `POSE` every shape has without stating them."""
+    and `place`, which is what messages call the record. The keys of `POSE` and `VELOCITY` every shape has without
+    stating them."""
 
     TYPE: ClassVar[str]
     """What scene files call it."""
@@ -54,23 +55,41 @@ class AbstractObject(eqx.Module):
     rotate_deg: Float[Array, "3"] | None = eqx.field(default=None, kw_only=True)
     translate: Float[Array, "3"] | None = eqx.field(default=None, kw_only=True)
     matrix: Float[Array, "4 4"] | None = eqx.field(default=None, kw_only=True)
+    velocity: Float[Array, "3"] | None = eqx.field(default=None, kw_only=True)
+
+    def __new__(cls, *values, **keys):
+        """Every field is there from the start: equinox counts them to tell a record from a wrapped function."""
+        self = super().__new__(cls)
+        for name in (*NAMES, VELOCITY.name):
+            object.__setattr__(self, name, None)
+        return self
 
     def __init_subclass__(cls, **keys):
         super().__init_subclass__(**keys)
         if "ROWS" in cls.__dict__:
-            cls.ROWS = (*cls.ROWS, *POSE)
+            cls.ROWS = (*cls.ROWS, *POSE, VELOCITY)
         if "ALSO" in cls.__dict__:
-            cls.ALSO = {name: (*rows, *POSE) for name, rows in cls.ALSO.items()}
+            cls.ALSO = {name: (*rows, *POSE, VELOCITY) for name, rows in cls.ALSO.items()}
 
     @classmethod
     @abstractmethod
     def family(cls, *columns) -> AbstractSurfaces:
         """The surfaces, from the stacked numbers of the rows, in their order; differentiable."""
 
+    def moving(self, velocity, place: str | None = None):
+        """The same, moving by so many metres a second, (3,), while the shutter of a camera is open; None: at rest.
+
+        Raises `SceneError` for what is none.
+        """
+        if velocity is None and self.velocity is None:
+            return self
+        place = place or f"object {self.name!r}"
+        return changed(self, velocity=None if velocity is None else VELOCITY.read(velocity, place))
+
     @classmethod
     def columns(cls, objects: Sequence["AbstractObject"]) -> list:
         """The numbers of each row, stacked over the objects."""
-        rows = [row for row in cls.ROWS if row.numeric and row.name not in NAMES]
+        rows = [row for row in cls.ROWS if row.numeric and row.name not in (*NAMES, VELOCITY.name)]
         return [stacked([getattr(thing, row.name) for thing in objects]) for row in rows]
 
     def placed(self, *, scale=None, rotate_deg=None, translate=None, matrix=None, place: str | None = None):
@@ -92,7 +111,7 @@ class AbstractObject(eqx.Module):
         bare = changed(self, **dict.fromkeys(NAMES))
         there = self.transformed(*affine(self), place or f"object {self.name!r}")
         real = [leaf for leaf in jax.tree.leaves(bare) if jnp.issubdtype(leaf.dtype, jnp.floating)]
-        return in_dtype(changed(there, **dict.fromkeys(NAMES)), jnp.result_type(*real))
+        return in_dtype(changed(there, **dict.fromkeys(NAMES), velocity=self.velocity), jnp.result_type(*real))
 
     def transformed(self, linear, shift, place: str) -> "AbstractObject":
         """The same where each of its points p has become `linear` p + `shift`, (3, 3) and (3,). By default its rows

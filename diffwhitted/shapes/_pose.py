@@ -23,6 +23,11 @@ POSE: tuple[Row, ...] = (
 )  # fmt: skip
 """The keys that every object may have beside its own."""
 NAMES = tuple(row.name for row in POSE)
+VELOCITY = Row(
+    "velocity", "vector", "Metres a second, while the shutter of a camera is open; it is stated where it is in the "
+    "middle of that time.", unit="m/s", default=None, scale="unbounded", moves="rays", source="Cook et al. 1984, 3.5",
+)  # fmt: skip
+"""How it moves, in the coordinates of the scene: no transform turns it."""
 EVEN = 1e-5
 """A matrix whose axes differ in length, or from a right angle, by no more than this share is even."""
 

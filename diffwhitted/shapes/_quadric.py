@@ -197,8 +197,10 @@ class Quadric(AbstractObject):
         turn, origin = frame[..., :3], vec3(frame[..., 3])
         into = _inverse(turn)
         bare = Vec3(xx, yy, zz), Vec3(yz, xz, xy), Vec3(x, y, z)
-        still = jax.lax.stop_gradient((*bare, constant, vec3(low), vec3(high), turn, origin))
-        return Quadrics(*bare, constant, vec3(low), vec3(high), origin, into, *_extent(*still))
+        still = jax.lax.stop_gradient((*bare, constant, vec3(low), vec3(high), turn))
+        middle, (ball, radius) = _extent(*still)
+        # The ball goes along with the origin, also in a derivative (see `scene._motion`).
+        return Quadrics(*bare, constant, vec3(low), vec3(high), origin, into, middle, (ball + origin, radius))
 
     def transformed(self, linear, shift, place: str) -> "Quadric":
         turn, away = (np.eye(3), np.zeros(3)) if self.frame is None else (self.frame[:, :3], self.frame[:, 3])
@@ -229,9 +231,9 @@ def _times(rows: tuple[Vec3, Vec3, Vec3], v: Vec3) -> Vec3:
     return Vec3(*(dot(row, v) for row in rows))
 
 
-def _extent(square: Vec3, mixed: Vec3, linear: Vec3, constant, low: Vec3, high: Vec3, turn, origin: Vec3):
+def _extent(square: Vec3, mixed: Vec3, linear: Vec3, constant, low: Vec3, high: Vec3, turn):
     """A point of the frame near which a quadric is, and middle and radius of the smallest sphere around an ellipsoid,
-    or around the box of what is cut off. No derivatives.
+    or around the box of what is cut off, from its origin. No derivatives.
     """
     boxed = jnp.isfinite(low.x)
     rows = jnp.stack([2 * square.x, mixed.z, mixed.y, mixed.z, 2 * square.y, mixed.x, mixed.y, mixed.x, 2 * square.z])
@@ -260,7 +262,7 @@ def _extent(square: Vec3, mixed: Vec3, linear: Vec3, constant, low: Vec3, high: 
     reach = jnp.sqrt(dot(corners, corners)).max(axis=-1)
     tighter = boxed & (reach < radius)
     inner = where(tighter, middle, centre)
-    ball = vec3((turn @ inner.stacked()[..., None])[..., 0]) + origin
+    ball = vec3((turn @ inner.stacked()[..., None])[..., 0])
     return middle, (ball, jnp.where(tighter, reach, radius))
 
 

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from .._errors import SceneError
-from ..scene import Material, Scene, Sheet, is_traced, shared_sheets
+from ..scene import AbstractCamera, Material, Scene, Sheet, is_traced, shared_sheets
 from ..shapes import AbstractObject
 
 
@@ -21,6 +21,8 @@ class Asked:
     depth: int
     trees: int
     """The footprint."""
+    cameras: tuple[AbstractCamera, ...]
+    """That may look at it."""
 
     @cached_property
     def made_of(self) -> Mapping[str, AbstractObject]:

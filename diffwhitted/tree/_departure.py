@@ -12,8 +12,10 @@ from ..numerics._vector import Vec3
 from ..scene import AbstractCamera, Tables
 from ._arrival import PAST, Arrival, Origin
 from ._branch import child, departure
+from ._chance import chances
 from ._dispersion import of_band
-from ._gloss import chances, roughened
+from ._gloss import roughened
+from ._lens import on_lens
 from ._plan import MOST_PASSED, Plan
 from ._samples import Samples
 
@@ -32,15 +34,16 @@ def departing(
     def camera_rays(parents):
         column, row = samples.column[origin.sample], samples.row[origin.sample]
         one = jnp.ones_like(column)
-        footprint = camera.footprint(column, row, samples.side) if plan.footprint else None
+        lens = on_lens(tables, plan, samples, origin) if plan.effects.lens else None
+        footprint = camera.footprint(column, row, samples.side, lens) if plan.footprint else None
         factor = Vec3(one, one, one)
         if plan.bands > 1:
             factor = factor * of_band(plan, samples, one.dtype)
-        return camera.rays(column, row), footprint, factor
+        return camera.rays(column, row, lens), footprint, factor
 
     def children(parents):
         if plan.effects.gloss:
-            parents = roughened(tables, plan, parents, chances(samples, origin, origin.level - 1))
+            parents = roughened(tables, plan, parents, chances(plan, samples, origin, origin.level - 1))
         return child(tables, plan, parents, origin.branch, alive.any())
 
     if not plan.branching:

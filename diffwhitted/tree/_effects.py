@@ -24,7 +24,7 @@ from ..illumination import (
 )  # fmt: skip
 from ..numerics._vector import Vec3
 from ..records import changed
-from ..scene import Scene, Tables
+from ..scene import AbstractCamera, Scene, Tables
 from ._asked import Asked
 from ._fresnel import Passed, dielectric, dielectric_extremes, metal, metal_extremes
 from ._light_effects import (
@@ -39,6 +39,7 @@ from ._light_effects import (
 from ._reasons import (
     Reason,
     absorbing,
+    at_rest,
     caster,
     coated,
     dark,
@@ -47,6 +48,7 @@ from ._reasons import (
     flat,
     gradient,
     interpolated,
+    moving,
     no_ambient,
     no_light_around,
     no_shadows,
@@ -61,6 +63,7 @@ from ._reasons import (
     weighed_highlight,
     with_coefficient,
     with_fresnel,
+    with_lens,
     with_light,
     wrinkled,
 )  # fmt: skip
@@ -174,6 +177,8 @@ EFFECTS: tuple[Effect, ...] = (
     Effect("dispersion", dispersing, "no index hangs on the wavelength", SPLIT, one_band),
     Effect("gloss", rough, "no surface that sends rays on is rough", SPLIT),
     Effect("wrinkles", wrinkled, "no material bends normals", SEEN, at_lights=lit_above_horizon),
+    Effect("lens", with_lens, "no camera has aperture > 0"),
+    Effect("motion", moving, "no camera has shutter > 0", forbidden=at_rest),
     Effect("absorption", absorbing, "no transparent object has extinction > 0", BENT),
     Effect("nested_media", second_glass, "fewer than two transparent solids", BENT),
     Effect("shared_surfaces", touching, "no transparent object shares a surface with another", BENT),
@@ -275,14 +280,19 @@ class Decision:
 
 
 def decide_effects(
-    scene: Scene, free: Collection[str] = (), max_depth: int | None = None, footprint: int | None = None
+    scene: Scene,
+    free: Collection[str] = (),
+    max_depth: int | None = None,
+    footprint: int | None = None,
+    camera: AbstractCamera | None = None,
 ) -> tuple[Decision, ...]:
     """Decide every effect for a scene and the free coefficients of a fit, in the order of the table.
 
-    `max_depth` and `footprint` replace the scene's.
+    `max_depth` and `footprint` replace the scene's, `camera` its cameras.
     """
     depth = scene.max_depth if max_depth is None else max_depth
-    asked = Asked(scene, frozenset(free), depth, scene.footprint if footprint is None else footprint)
+    cameras = tuple(scene.cameras.values()) if camera is None else (camera,)
+    asked = Asked(scene, frozenset(free), depth, scene.footprint if footprint is None else footprint, cameras)
     asked.check_clear()
     decided: list[Decision] = []
     on: set[str] = set()

@@ -16,7 +16,7 @@ from jaxtyping import Array, Bool
 from ..numerics._stage import empty_buffers
 from ..numerics._transposed import linear
 from ..numerics._vector import Vec3
-from ._dispersion import at_band
+from ._motion import as_drawn
 from ._plan import Plan
 from ._pullback import Varied, pulled_back
 from ._record import follow, record
@@ -31,13 +31,13 @@ def film_of(plan: Plan, given: Given) -> tuple[Vec3, Bool[Array, ""]]:
     Differentiable in forward and reverse mode in `given`: tables, camera and samples.
     """
 
-    tables = at_band(given[0], plan, given[2])
+    tables, camera = as_drawn(given[0], given[1], plan, given[2])
 
     def light(nodes, ray, *at):
         return (light_of(tables, plan, nodes, *at),)
 
     def traced(window, film):
-        tree, ((more,), _) = follow(tables, given[1], plan, given[2], light, window=window)
+        tree, ((more,), _) = follow(tables, camera, plan, given[2], light, window=window)
         return tree.descendants <= plan.capacity, lambda: jax.tree.map(jnp.add, film, more)
 
     return _in_windows(plan, traced, _dark(plan, given))

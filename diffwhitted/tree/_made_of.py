@@ -108,14 +108,18 @@ def _pattern(tables: Tables, number: Int[Array, "n"], at: Arrival, needed) -> Ve
     pattern, first = Vec3(one, one, one), 0
     for group in tables.textures:
         worn = (number >= first) & (number < first + member_count(group)) & (at.object >= 0)
-        pattern = where(worn, _coloured(group, jnp.where(worn, number - first, 0), worn, at, needed), pattern)
+        pattern = where(worn, _coloured(tables, group, jnp.where(worn, number - first, 0), worn, at, needed), pattern)
         first += member_count(group)
     return pattern
 
 
-def _coloured(group: AbstractTexture, which: Int[Array, "n"], worn, at: Arrival, needed) -> Vec3:
+def _coloured(tables: Tables, group: AbstractTexture, which: Int[Array, "n"], worn, at: Arrival, needed) -> Vec3:
     """The colour of textures of one structure, where they are `worn`."""
-    point = TexturePoint(at.point, at.shading_normal, at.uv)
+    place = at.point
+    if tables.shift is not None:
+        # Patterns go along with what they are on.
+        place = place - lookup(tables.shift, jnp.maximum(at.object, 0))
+    point = TexturePoint(place, at.shading_normal, at.uv)
     if at.beam is None or not group.FOOTPRINT:
         return group.chosen(which).at(point)
     steps = _steps(at)

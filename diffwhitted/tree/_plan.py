@@ -10,6 +10,7 @@ from .._errors import CapacityError
 from ..numerics._stage import LANES
 from ..numerics._workers import processors
 from ..scene import (
+    BLUR_SAMPLES,
     HIGHLIGHTS,
     AbstractCamera,
     Scene,
@@ -67,8 +68,8 @@ class Plan:
     """Points along the side of a pixel in place of a footprint that something in the scene does not know; else 1."""
     bands: int
     """Of the spectrum, each a tree; 1 where nothing disperses light."""
-    gloss: int
-    """Trees at the least, over which what is rough is averaged; 1 where nothing is."""
+    chances: int
+    """Trees at the least, over which what is left to chance (roughness, a lens) is averaged; 1 where nothing is."""
     total_reflection_is_full: bool
     highlight_models: tuple[str, ...]
     """That there are in the scene: "halfway", "reflected", "off"."""
@@ -102,7 +103,7 @@ class Plan:
     @property
     def draws(self) -> int:
         """Trees that a place in a pixel takes at the least."""
-        return self.bands * self.gloss
+        return self.bands * self.chances
 
     @property
     def side(self) -> int:
@@ -146,8 +147,8 @@ class Plan:
         textured = not needed.textured or self.textured == needed.textured
         if not (textured and set(needed.highlight_models) <= set(self.highlight_models)):
             return "it was made for a scene with other highlights or textures"
-        if self.bands < needed.bands or self.gloss < needed.gloss:
-            return "it was made for fewer bands, or for fewer samples of what is rough"
+        if self.bands < needed.bands or self.chances < needed.chances:
+            return "it was made for fewer bands, or for fewer samples of what is left to chance"
         if self.total_reflection_is_full != needed.total_reflection_is_full:
             return "it was made for another total_internal_reflection"
         return None
@@ -184,7 +185,7 @@ def make_plan(
     """
     depth = scene.max_depth if max_depth is None else max_depth
     trees, points = trees_or_points(scene, scene.footprint if footprint is None else footprint)
-    effects = as_effects(decide_effects(scene, free, depth, trees))
+    effects = as_effects(decide_effects(scene, free, depth, trees, camera))
     passes, pass_pixels, block = _split(
         camera.width * camera.height, pass_of, block_of or (FOOTPRINT_BLOCK if trees else BLOCK)
     )
@@ -195,7 +196,7 @@ def make_plan(
         footprint=trees,
         samples=points,
         bands=scene.bands if "dispersion" in effects else 1,
-        gloss=_gloss(scene) if "gloss" in effects else 1,
+        chances=_chances(scene, camera, effects),
         total_reflection_is_full=scene.total_internal_reflection == "full",
         highlight_models=tuple(model for model in HIGHLIGHTS if any(m.highlight == model for m in used.values())),
         textured=texture_groups(scene) if "textures" in effects else (),
@@ -209,7 +210,7 @@ def make_plan(
             for coefficient in ("k_s", "k_t")
             if calls_for(scene, name, coefficient, free)
         ),
-        shared=Asked(scene, frozenset(free), depth, trees).sheets if "shared_surfaces" in effects else (),
+        shared=Asked(scene, frozenset(free), depth, trees, (camera,)).sheets if "shared_surfaces" in effects else (),
         picture=(camera.width, camera.height),
         passes=passes,
         pass_pixels=pass_pixels,
@@ -267,10 +268,11 @@ def texture_groups(scene: Scene) -> tuple[tuple[str, ...], ...]:
     return tuple(map(tuple, groups.values()))
 
 
-def _gloss(scene: Scene) -> int:
-    """The most samples that a rough material asks for."""
-    used = {thing.material for thing in scene.objects}
-    return max((scene.materials[name].roughness_samples for name in used), default=1)
+def _chances(scene: Scene, camera: AbstractCamera, effects: Effects) -> int:
+    """The most samples that a rough material, or a camera that blurs, asks for."""
+    used = {thing.material for thing in scene.objects} if "gloss" in effects else ()
+    blurred = [camera.blur_samples or BLUR_SAMPLES] if effects.lens or effects.motion else []
+    return max([1, *blurred, *(scene.materials[name].roughness_samples for name in used)])
 
 
 def _may_weigh_nothing(scene: Scene, used: Collection[str], free: Collection[str]) -> bool:

@@ -42,7 +42,7 @@ class Varied:
         tables, camera, samples = tangents
         indices = [tables.coefficients.get(row.name) for row in coefficients() if row.moves_rays]
         bending = tables.textures if plan.effects.wrinkles else ()
-        moving = tables.shapes, indices, bending, camera, samples
+        moving = tables.shapes, tables.motion, indices, bending, camera, samples
         rays_move = not all(map(is_zero, jax.tree.leaves(moving, is_leaf=is_zero)))
         numbers = tuple(n for n, leaf in enumerate(leaves) if not is_zero(leaf))
         return Varied(structure, numbers, rays_move), [leaves[n] for n in numbers]

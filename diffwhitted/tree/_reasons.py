@@ -123,6 +123,35 @@ def with_light(which: Callable[[AbstractLight], bool], what: str) -> Reason:
     return reason
 
 
+def with_lens(asked: Asked) -> str | None:
+    """Some camera has a lens."""
+    return _of_a_camera(asked, "aperture")
+
+
+def moving(asked: Asked) -> str | None:
+    """Some camera's shutter is open for a while."""
+    return _of_a_camera(asked, "shutter")
+
+
+def at_rest(asked: Asked) -> str | None:
+    """Nothing moves."""
+    of_it = [velocity for thing in (*asked.scene.objects, *asked.cameras) if (velocity := thing.velocity) is not None]
+    free = any(".velocity" in name for name in asked.free)
+    return None if free or any(is_traced(v) or np.any(v) for v in of_it) else "no object or camera has a velocity"
+
+
+def _of_a_camera(asked: Asked, key: str) -> str | None:
+    """Why a number of some camera is at work."""
+    if any(name.startswith("camera.") and name.endswith(f".{key}") for name in asked.free):
+        return f"{key} is free in the fit"
+    for value in (stated for camera in asked.cameras if (stated := getattr(camera, key)) is not None):
+        if is_traced(value):
+            return f"{key} is traced and may be anything"
+        if float(value) > 0:
+            return f"a camera has {key} = {float(value):.4g}"
+    return None
+
+
 def gradient(asked: Asked) -> str | None:
     return "background = { gradient = ... }" if asked.scene.background.varies else None
 

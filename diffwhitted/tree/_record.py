@@ -31,10 +31,11 @@ from ._absorption import left_after
 from ._arrival import BRANCHES, PAST, TRANSMITTED, Arrival, Origin, arrival
 from ._beam import arriving
 from ._branch import branches
+from ._chance import chances
 from ._departure import any_ray, departing, parents_of, run_on, sides_of
-from ._dispersion import at_band
-from ._gloss import chances, roughened
+from ._gloss import roughened
 from ._media import media
+from ._motion import as_drawn
 from ._plan import Plan
 from ._samples import Samples, Window
 from ._shadows import Seen, shadows_at
@@ -78,7 +79,7 @@ def record(
 ) -> Record:
     """The tree of the samples of a pass, or of a window of them."""
     tables, camera, samples = jax.lax.stop_gradient((tables, camera, samples))
-    return follow(at_band(tables, plan, samples), camera, plan, samples, window=window)[0]
+    return follow(*as_drawn(tables, camera, plan, samples), plan, samples, window=window)[0]
 
 
 def follow(
@@ -224,7 +225,7 @@ def _follow(
     nodes = Nodes(primitive, crossing, hit.entering, outside, inside, seen, cut, origin)
     if not plan.branching:
         return nodes, at, None
-    bent = at if not plan.effects.gloss else roughened(tables, plan, at, chances(samples, origin, origin.level))
+    bent = at if not plan.effects.gloss else roughened(tables, plan, at, chances(plan, samples, origin, origin.level))
     return nodes, at, stage(needed, lambda *a: branches(tables, plan, *a), bent)
 
 

@@ -15,7 +15,7 @@ from ..numerics._transposed import linear
 from ..numerics._vector import Vec3
 from ..scene import AbstractCamera, Tables
 from ._arrival import Arrival
-from ._dispersion import at_band
+from ._motion import as_drawn
 from ._plan import Plan
 from ._pullback import Varied, pulled_back
 from ._record import Nodes, Record, follow
@@ -74,7 +74,7 @@ def trace(
 
     Between the two, where `beyond` is given, the most light that the branches that were not followed could bring.
     """
-    tables = at_band(tables, plan, samples)
+    tables, camera = as_drawn(tables, camera, plan, samples)
     tree, ((film,), left) = follow(
         tables, camera, plan, samples, lambda nodes, ray, *a: (light_of(tables, plan, nodes, *a),), beyond
     )
@@ -104,7 +104,7 @@ def trace_left_out(
     """Of what `trace` gives with `beyond` only what is left out, and the number of descendants. `plan` must weigh its
     rays: have a cutoff.
     """
-    tree, (_, left) = follow(at_band(tables, plan, samples), camera, plan, samples, beyond=beyond)
+    tree, (_, left) = follow(*as_drawn(tables, camera, plan, samples), plan, samples, beyond=beyond)
     return left, tree.descendants
 
 
@@ -115,7 +115,7 @@ def trace_beside_small(
     their distance.
     """
 
-    tables = at_band(tables, plan, samples)
+    tables, camera = as_drawn(tables, camera, plan, samples)
 
     def both(nodes: Nodes, ray: Ray, at: Arrival, needed):
         reach, growth = (samples.side * apart for apart in camera.apart(ray.origin))

@@ -18,8 +18,8 @@ from ._absorption import left_after
 from ._arrival import Arrival, arrival
 from ._beam import arriving
 from ._departure import any_ray, departing, run_on
-from ._dispersion import at_band
 from ._local import local_radiance
+from ._motion import as_drawn
 from ._plan import Plan
 from ._record import Nodes, Record
 from ._samples import Samples
@@ -71,7 +71,7 @@ def visit(
 ) -> tuple[Vec3, State]:
     """What the nodes of a block add to the film, and their part of the state."""
     tables, camera, samples = given
-    tables = at_band(tables, plan, samples)
+    tables, camera = as_drawn(tables, camera, plan, samples)
     at, throughput = (None, None) if parents is None else parents
     ray, footprint, factor = departing(tables, camera, plan, samples, at, nodes.origin, alive)
     if parents is not None:

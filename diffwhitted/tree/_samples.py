@@ -90,15 +90,14 @@ def pixel_of(plan: Plan, number, sample):
 
 
 def drawn(plan: Plan, places: Float[Array, "places 2"]) -> Draw:
-    """The samples of a pixel at these places, so many times over as bands and gloss ask for; their mean is the pixel.
+    """The samples of a pixel at these places, so many times over as bands and chance ask for; their mean is the pixel.
 
-    Sample `number` is of band `number` mod `plan.bands`; those of one place and one band differ in what is left to
-    chance.
+    Sample `number` is of band `number` mod `plan.bands`; those of one place follow each other, and those of one place
+    and one band differ in what is left to chance.
     """
-    times = -(-plan.gloss // len(places))
+    times = -(-plan.chances // len(places))
     return Draw(
-        jnp.tile(jnp.repeat(places, plan.bands, axis=0), (times, 1)),
-        jnp.arange(times * len(places) * plan.bands, dtype=jnp.int32),
+        jnp.repeat(places, times * plan.bands, axis=0), jnp.arange(times * len(places) * plan.bands, dtype=jnp.int32)
     )
 
 

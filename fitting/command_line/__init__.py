@@ -1,5 +1,5 @@
-"""The command line: `diffwhitted render`, `fit`, `derivative`, `explain`, `tradeoff`, `identify`, `parameters`,
-`convert`, `scene` and `schema`.
+"""The command line: `diffwhitted render`, `animate`, `fit`, `derivative`, `explain`, `tradeoff`, `identify`,
+`parameters`, `convert`, `scene` and `schema`.
 
 A command's file imports what it needs when it runs, so that `--help` does not wait for JAX. Every failure is
 one message on stderr and an exit code; there is never a traceback.
@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
+from ._animate import animate
 from ._convert import convert
 from ._derivative import derivative
 from ._explain import explain
@@ -40,6 +41,7 @@ app = typer.Typer(
     epilog="Start with: diffwhitted render SCENE.toml -o picture.png. COMMAND --help explains every option.",
 )
 app.command(cls=SeveralValues, short_help="Render a scene to an image file.")(render)
+app.command(cls=SeveralValues, short_help="Write a film of a scene whose numbers change.")(animate)
 app.command(cls=SeveralValues, short_help="Find material coefficients, and other numbers, from pictures.")(fit)
 app.command(cls=SeveralValues, short_help="Say what a fit would know, before a picture is taken.")(identify)
 app.command(cls=SeveralValues, short_help="Show how a picture changes with a number of the scene.")(derivative)

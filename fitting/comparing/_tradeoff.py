@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from diffwhitted import KNOBS, InputError, Scene, Settings
+from diffwhitted.accuracy._blur import CONVERGED_BLUR, blurs
 from diffwhitted.accuracy._choose import MARGIN, in_precision, spread_pixels
 from diffwhitted.accuracy._lamps import CONVERGED_SAMPLES, has_sized_lights
 from diffwhitted.accuracy._materials import CONVERGED_ROUGHNESS_SAMPLES, has_fresnel, has_gloss
@@ -141,6 +142,7 @@ def tradeoff(
             light_samples=CONVERGED_SAMPLES if has_sized_lights(tracer.scene) else None,
             fresnel="exact" if has_fresnel(tracer.scene) else None,
             roughness_samples=CONVERGED_ROUGHNESS_SAMPLES if has_gloss(tracer.scene) else None,
+            blur_samples=CONVERGED_BLUR if blurs(tracer.camera) else None,
         ),
     )
     work("looking for useful combinations", 0.6)

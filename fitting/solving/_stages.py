@@ -63,7 +63,8 @@ def stages_of(
     width, height = problem.views[0].parts[0].plan.picture
     fewest = min(view.weight[..., 0].size for view in problem.views)
     # Blur what edges tell; light and shadow tell of a light from far enough (measured: a blur leads away from it).
-    blurred = any(u.row.moves in ("rays", "patterns") for u in problem.unknowns)
+    rows = [u.row for u in problem.unknowns]
+    blurred = any(row.moves in ("rays", "patterns") for row in rows) and not any(row.blurs for row in rows)
     for blur in blurs(width, height)[:-1] if blurred else ():
         step = _step(fewest, blur) if coarse_to_fine else 1
         squares = f"squares of {step} x {step} pixels, " if step > 1 else ""

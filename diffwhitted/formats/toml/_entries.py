@@ -8,7 +8,7 @@ from pydantic import BaseModel, create_model
 
 from ..._errors import SceneError
 from ...records import Registry, Row, shortest
-from ...shapes import POSE
+from ...shapes import POSE, VELOCITY
 from ._keys import KEYS, key, optional
 
 
@@ -100,7 +100,8 @@ class ObjectEntry(Entry):
         fields = [field for field in type(self).model_fields if field != "type" and getattr(self, field) is not None]
         stated = {field: self.value(field, place, dtype) for field in fields}
         pose = {row.name: stated.pop(row.name) for row in POSE if row.name in stated}
-        thing = self.made(place=place, **stated)
+        velocity = stated.pop(VELOCITY.name, None)
+        thing = self.made(place=place, **stated).moving(velocity, place)
         return thing.placed(**pose, place=place) if pose else thing
 
 

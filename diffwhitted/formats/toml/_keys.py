@@ -55,8 +55,8 @@ def key(row: Row) -> tuple[Any, Any]:
     described: dict[str, Any] = {"description": row.meaning} | ({"json_schema_extra": extra} if extra else {})
     if row.default is None:
         # A type and a key cannot both say what the JSON Schema has besides.
-        alone = row.kind == "number"
-        return (number() if alone else _type(row)), optional(row.meaning, **(_limits(row) if alone else {}))
+        alone = {"number": number(), "count": int}.get(row.kind)
+        return _type(row) if alone is None else alone, optional(row.meaning, **({} if alone is None else _limits(row)))
     default = list(row.default) if isinstance(row.default, tuple) else row.default
     return _type(row), Field(**described) if row.default is REQUIRED else Field(default, **described)
 

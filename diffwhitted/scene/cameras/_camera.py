@@ -14,6 +14,7 @@ from ...geometry import NOTHING, Footprint, Ray
 from ...numerics._safe import normalise, rescaled
 from ...numerics._vector import Vec3, cross, vec3
 from ...records import Row, changed, is_traced, moved, read_rows
+from ._lens import LENS, check_lens, through_lens
 from ._picture import Side, crop_of, pixels, whole
 from ._pose import view_of
 
@@ -32,6 +33,8 @@ PRINCIPAL_POINT = Row(
     "left corner of its top left pixel. Its middle unless stated.", unit="px", default=None, scale="unbounded",
     moves="rays", parts=("x", "y"),
 )  # fmt: skip
+LensPoint = tuple[Float[Array, "*n"], Float[Array, "*n"]]
+"""Where rays leave the lens, to the right and upwards, in the unit disc."""
 
 
 class AbstractCamera(eqx.Module):
@@ -40,7 +43,8 @@ class AbstractCamera(eqx.Module):
     `place`, which is what messages call the record.
 
     The picture has `height` rows from the top and `width` columns from the left, with square pixels unless the kind
-    says otherwise: the full one, or the window in it that `crop` says.
+    says otherwise: the full one, or the window in it that `crop` says. A kind that states the rows of `LENS` too, and
+    hands them to `_stand`, has a lens.
     """
 
     TYPE: ClassVar[str]
@@ -59,6 +63,11 @@ class AbstractCamera(eqx.Module):
     """Width and height of the full picture."""
     crop: eqx.AbstractVar[tuple[Side, ...] | None]
     """Left, top, width and height of the window in it; None where the picture is the full one."""
+    aperture: Float[Array, ""] | None = eqx.field(default=None, kw_only=True)
+    focus: Float[Array, ""] | None = eqx.field(default=None, kw_only=True)
+    shutter: Float[Array, ""] | None = eqx.field(default=None, kw_only=True)
+    velocity: Float[Array, "3"] | None = eqx.field(default=None, kw_only=True)
+    blur_samples: int | None = eqx.field(default=None, kw_only=True, static=True)
 
     @abstractmethod
     def through(self, column: Float[Array, "*n"], row: Float[Array, "*n"]) -> Ray:
@@ -72,7 +81,11 @@ class AbstractCamera(eqx.Module):
 
     def starts(self) -> tuple[np.ndarray, float]:
         """Middle (3,) and radius of a ball that holds the places where its rays begin, metres."""
-        return np.asarray(self.look_from, np.float64), 0.0
+        return np.asarray(self.look_from, np.float64), self.lens_radius()
+
+    def lens_radius(self) -> float:
+        """Metres; 0 without a lens."""
+        return 0.0 if self.aperture is None else float(self.aperture) / 2
 
     def scaled(self, by: float) -> dict[str, Any]:
         """Those of its own numbers that are other ones in a picture `by` times as large."""
@@ -114,9 +127,13 @@ class AbstractCamera(eqx.Module):
         """What `width`, `height` and `crop` were when it was made."""
         return {"width": self.full[0], "height": self.full[1], "crop": self.crop and list(self.crop)}
 
-    def _stand(self, place: str, look_from, look_at, up, width, height, principal_point, crop) -> None:
-        """Read what all cameras have."""
-        read_rows(self, place, look_from=look_from, look_at=look_at, up=up, principal_point=principal_point)
+    def _stand(self, place: str, look_from, look_at, up, width, height, principal_point, crop, **lens) -> None:
+        """Read what all cameras have, and what a lens has."""
+        # Every field is set: equinox counts them to tell a record from a wrapped function.
+        for row in LENS:
+            setattr(self, row.name, None)
+        read_rows(self, place, look_from=look_from, look_at=look_at, up=up, principal_point=principal_point, **lens)
+        check_lens(self.aperture, self.focus, place)
         self.full = pixels(width, place, "width"), pixels(height, place, "height")
         self.crop = crop_of(crop, self.full, place)
         self.width, self.height = self.full if self.crop is None else self.crop[2:]
@@ -173,6 +190,13 @@ class AbstractCamera(eqx.Module):
         """The same view from elsewhere, moved by so many metres, (3,)."""
         return moved(self, by)
 
+    def after(self, seconds: Float[Array, ""]):
+        """The camera where its velocity takes it in so many seconds; differentiable."""
+        if self.velocity is None:
+            return self
+        shift = self.velocity * seconds
+        return changed(self, look_from=self.look_from + shift, look_at=self.look_at + shift)
+
     def in_precision(self, dtype):
         """The same in the precision of a scene, which decides."""
         return jax.tree.map(lambda a: a.astype(dtype), self)
@@ -197,13 +221,16 @@ class AbstractCamera(eqx.Module):
         pixel = span / height
         return (column - self.principal_point[0]) * pixel, (self.principal_point[1] - row) * pixel
 
-    def rays(self, column: Float[Array, "*n"], row: Float[Array, "*n"]) -> Ray:
+    def rays(self, column: Float[Array, "*n"], row: Float[Array, "*n"], lens: LensPoint | None = None) -> Ray:
         """Rays through picture positions; (0.5, 0.5) is the centre of the first pixel, top left. Those of a crop are
-        rays of the full picture.
+        rays of the full picture. `lens`: where in it they leave the lens; without it, they go through its middle.
         """
-        return (
-            self.through(column, row) if self.crop is None else self.through(column + self.crop[0], row + self.crop[1])
-        )
+        if self.crop is not None:
+            column, row = column + self.crop[0], row + self.crop[1]
+        ray = self.through(column, row)
+        if lens is None or self.aperture is None or self.focus is None:
+            return ray
+        return through_lens(ray, self.axes()[1:], self.aperture, self.focus, lens)
 
     def place(
         self, pixel: Int[Array, "*n"], inside: Float[Array, "2"]
@@ -212,10 +239,16 @@ class AbstractCamera(eqx.Module):
         dtype = self.look_from.dtype
         return (pixel % self.width).astype(dtype) + inside[0], (pixel // self.width).astype(dtype) + inside[1]
 
-    def footprint(self, column: Float[Array, "*n"], row: Float[Array, "*n"], side: Float[Array, ""]) -> Footprint:
+    def footprint(
+        self, column: Float[Array, "*n"], row: Float[Array, "*n"], side: Float[Array, ""], lens: LensPoint | None = None
+    ) -> Footprint:
         """The change of the rays through these positions over squares of `side` times `side` pixels."""
         place, side, none = (column, row), side * jnp.ones_like(column), jnp.zeros_like(column)
-        across, down = (jax.jvp(self.rays, place, way)[1] for way in ((side, none), (none, side)))
+
+        def rays(column, row):
+            return self.rays(column, row, lens)
+
+        across, down = (jax.jvp(rays, place, way)[1] for way in ((side, none), (none, side)))
         return Footprint(across, down, jnp.full(column.shape, NOTHING, jnp.int32))
 
 

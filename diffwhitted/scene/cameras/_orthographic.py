@@ -12,6 +12,7 @@ from ...geometry import Ray
 from ...numerics._vector import Vec3
 from ...records import Row, read_rows
 from ._camera import PRINCIPAL_POINT, VIEW, AbstractCamera
+from ._lens import LENS
 from ._picture import Side
 
 
@@ -21,7 +22,8 @@ class OrthographicCamera(AbstractCamera):
     `view_height` is how much is seen from top to bottom, metres; the picture has `height` rows and `width` columns of
     square pixels, and its middle (or `principal_point` = (cx, cy), in pixels from the top left corner) looks at
     `look_at`. `crop` = (left, top, width, height): the picture is this window, in pixels of the full one, which is
-    `view_height` high. `from_pose` takes a matrix in place of look_from, look_at and up.
+    `view_height` high. `from_pose` takes a matrix in place of look_from, look_at and up. `aperture`, `focus`,
+    `shutter`, `velocity` and `blur_samples` are those of `Camera`: each pixel has a lens of its own, square to its ray.
 
     Differentiable in all of its numbers. Raises `SceneError` for a degenerate camera: look_at at look_from, `up` along
     the line of sight, or a crop outside the picture.
@@ -33,6 +35,7 @@ class OrthographicCamera(AbstractCamera):
         Row("view_height", "number", "What is seen from top to bottom, metres; of the full picture.", unit="m",
             lowest=0, excluded=True, scale="log", moves="rays"),
         PRINCIPAL_POINT,
+        *LENS,
     )  # fmt: skip
 
     look_from: Float[Array, "3"]
@@ -56,9 +59,16 @@ class OrthographicCamera(AbstractCamera):
         *,
         principal_point=None,
         crop=None,
+        aperture=None,
+        focus=None,
+        shutter=None,
+        velocity=None,
+        blur_samples: int | None = None,
         place: str = "camera",
     ):
-        self._stand(place, look_from, look_at, up, width, height, principal_point, crop)
+        lens = {"aperture": aperture, "focus": focus, "blur_samples": blur_samples}
+        lens |= {"shutter": shutter, "velocity": velocity}
+        self._stand(place, look_from, look_at, up, width, height, principal_point, crop, **lens)
         read_rows(self, place, view_height=view_height)
 
     def through(self, column: Float[Array, "*n"], row: Float[Array, "*n"]) -> Ray:
@@ -79,4 +89,4 @@ class OrthographicCamera(AbstractCamera):
         column, row = jnp.asarray([(x, y) for x in (0, self.width) for y in (0, self.height)], float).T
         origins = np.asarray(jax.tree.map(jnp.asarray, self).rays(column, row).origin.stacked(), np.float64)
         middle = origins.mean(axis=0)
-        return middle, float(np.linalg.norm(origins - middle, axis=1).max())
+        return middle, float(np.linalg.norm(origins - middle, axis=1).max()) + self.lens_radius()

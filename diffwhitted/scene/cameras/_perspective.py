@@ -13,6 +13,7 @@ from ...numerics._vector import Vec3, vec3
 from ...records import Row, is_traced, read_rows
 from ._camera import PRINCIPAL_POINT, VIEW, AbstractCamera
 from ._distortion import DISTORTION, check_inverse, undistorted
+from ._lens import LENS
 from ._picture import Side
 
 
@@ -24,11 +25,13 @@ class Camera(AbstractCamera):
     middle, or `principal_point` = (cx, cy) in pixels from the top left corner, looks at `look_at`. `distortion` = (k1,
     k2, p1, p2) of OpenCV bends what a lens of glass bends. `crop` = (left, top, width, height): the picture is this
     window, in pixels of the full one; focal, principal point and angle of view stay those of the full one.
-    `from_pose` takes a matrix in place of look_from, look_at and up.
+    `from_pose` takes a matrix in place of look_from, look_at and up. With `aperture` and `focus` it has a thin lens in
+    place of the pinhole, and its `shutter` is open so many seconds, in which it moves with its `velocity` and the
+    objects with theirs; over both `blur_samples` trees a pixel are averaged.
 
     Differentiable in all of its numbers. Raises `SceneError` for a degenerate camera: look_at at look_from, `up` along
-    the line of sight, both an angle and a focal length or neither, a crop outside the picture, or a distortion without
-    an inverse in it.
+    the line of sight, an aperture without a focus, both an angle and a focal length or neither, a crop outside the
+    picture, or a distortion without an inverse in it.
     """
 
     TYPE: ClassVar[str] = "perspective"
@@ -40,6 +43,7 @@ class Camera(AbstractCamera):
             unit="px", default=None, lowest=0, excluded=True, scale="log", moves="rays", parts=("x", "y")),
         PRINCIPAL_POINT,
         DISTORTION,
+        *LENS,
     )  # fmt: skip
 
     look_from: Float[Array, "3"]
@@ -67,9 +71,16 @@ class Camera(AbstractCamera):
         principal_point=None,
         distortion=None,
         crop=None,
+        aperture=None,
+        focus=None,
+        shutter=None,
+        velocity=None,
+        blur_samples: int | None = None,
         place: str = "camera",
     ):
-        self._stand(place, look_from, look_at, up, width, height, principal_point, crop)
+        lens = {"aperture": aperture, "focus": focus, "blur_samples": blur_samples}
+        lens |= {"shutter": shutter, "velocity": velocity}
+        self._stand(place, look_from, look_at, up, width, height, principal_point, crop, **lens)
         if (vfov_deg is None) == (focal is None):
             fault = (
                 "vfov_deg and focal are both stated" if focal is not None else "vfov_deg is missing, and so is focal"
