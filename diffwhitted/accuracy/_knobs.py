@@ -10,22 +10,20 @@ from typing import Any
 
 from .._errors import SceneError
 from ..records import changed
-from ..rendering._antialias import check_threshold
-from ..scene import (
-    DEEPEST,
-    MOST_BLUR_SAMPLES,
-    MOST_ROUGHNESS_SAMPLES,
-    MOST_SAMPLES,
-    Scene,
-    check_footprint,
-    whole_number,
-)
+from ..scene import DEEPEST, MOST_BLUR_SAMPLES, MOST_ROUGHNESS_SAMPLES, MOST_SAMPLES, Scene, whole_number
 from ..shapes import SHADING
+from ._checked import (
+    STATED,
+    checked_antialias,
+    checked_cutoff,
+    checked_footprint,
+    checked_fresnel,
+    checked_precision,
+    checked_shading,
+)
 from ._lamps import with_light_samples
 from ._materials import BOTH, with_materials
 
-STATED = "stated"
-"""The shading that each mesh states."""
 EXCLUSIVE = ("pixel",)
 """Groups of which one knob at most is turned on."""
 
@@ -59,41 +57,6 @@ def _row(default: Any, **columns: Any) -> Any:
     return field(default=default, metadata={"row": {"default": default, **columns}})
 
 
-def _footprint(value) -> int:
-    check_footprint(value, "")
-    return value
-
-
-def _cutoff(value) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < 1:
-        raise SceneError(f"cutoff = {value!r}; allowed is 0 (follow every branch) or more, below 1")
-    return float(value)
-
-
-def _antialias(value) -> float:
-    if value != 0:
-        check_threshold(value)
-    return float(value)
-
-
-def _precision(value) -> str:
-    if value not in ("float32", "float64"):
-        raise SceneError(f"precision = {value!r}; allowed is float32, float64")
-    return value
-
-
-def _fresnel(value) -> str | None:
-    if value not in (None, *BOTH):
-        raise SceneError(f"fresnel = {value!r}; allowed is {', '.join(BOTH)}")
-    return value
-
-
-def _shading(value) -> str:
-    if value not in (STATED, *SHADING):
-        raise SceneError(f"shading = {value!r}; allowed is {', '.join((STATED, *SHADING))}")
-    return value
-
-
 @dataclass(frozen=True)
 class Settings:
     """A value for each knob. Raises `SceneError` for a value that is none, and for two ways to sample a pixel at
@@ -120,7 +83,7 @@ class Settings:
         group="tree",
         text="cutoff {:.2g}",
         argument="cutoff",
-        check=_cutoff,
+        check=checked_cutoff,
     )
     samples: int = _row(
         1,
@@ -142,7 +105,7 @@ class Settings:
         group="pixel",
         text="footprint {}",
         argument="footprint",
-        check=_footprint,
+        check=checked_footprint,
     )
     antialias: float = _row(
         0.0,
@@ -153,7 +116,7 @@ class Settings:
         group="pixel",
         text="antialias {:.2g}",
         argument="antialias",
-        check=_antialias,
+        check=checked_antialias,
     )
     light_samples: int | None = _row(
         None,
@@ -177,7 +140,7 @@ class Settings:
         group="fresnel",
         text="fresnel {}",
         argument=None,
-        check=_fresnel,
+        check=checked_fresnel,
     )
     roughness_samples: int | None = _row(
         None,
@@ -210,7 +173,7 @@ class Settings:
         group="arithmetic",
         text="{}",
         argument=None,
-        check=_precision,
+        check=checked_precision,
     )
     shading: str = _row(
         STATED,
@@ -221,7 +184,7 @@ class Settings:
         group="mesh",
         text="shading {}",
         argument=None,
-        check=_shading,
+        check=checked_shading,
     )
 
     def __post_init__(self):

@@ -6,7 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ._blur import CONVERGED_BLUR, blurs
 from ._knobs import Settings
+from ._lamps import CONVERGED_SAMPLES, has_sized_lights
+from ._materials import CONVERGED_ROUGHNESS_SAMPLES, has_fresnel, has_gloss
 from ._tracer import Tracer
 
 CUTOFF = 2.0**-16
@@ -88,6 +91,16 @@ def reference(
         if level and rmse(refined, before) <= wanted(refined):
             break
     return Reference(refined, before, level, variant, rays)
+
+
+def converged_settings(tracer: Tracer) -> Settings:
+    """What a reference asks of lamps, materials and camera, where they have it."""
+    return Settings(
+        light_samples=CONVERGED_SAMPLES if has_sized_lights(tracer.scene) else None,
+        fresnel="exact" if has_fresnel(tracer.scene) else None,
+        roughness_samples=CONVERGED_ROUGHNESS_SAMPLES if has_gloss(tracer.scene) else None,
+        blur_samples=CONVERGED_BLUR if blurs(tracer.camera) else None,
+    )
 
 
 def rmse(one: ArrayLike, other: ArrayLike) -> float:
