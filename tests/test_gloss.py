@@ -136,6 +136,6 @@ def test_a_knob_chooses_the_samples_of_what_is_rough():
     assert one > 0.01 and many < one / 8
     assert rmse(traced(1, samples=8), traced(64, samples=8)) < one / 4
     truth = reference(tracer, np.arange(4 * WIDTH, 5 * WIDTH), variant=dw.Settings(roughness_samples=4))
-    assert str(truth).endswith("4 normals or more a pixel") and rmse(truth.pixels, traced(64)[:WIDTH]) < 1e-3
+    assert str(truth).endswith("4 normals a tree") and rmse(truth.pixels, traced(64)[:WIDTH]) < 1e-3
     with pytest.raises(dw.SceneError, match="roughness_samples = 0; allowed is a whole number from 1 to 4096"):
         dw.Settings(roughness_samples=0)

@@ -8,7 +8,7 @@ from conftest import SOON_COMPILED
 from mesh_samples import ball
 
 import diffwhitted as dw
-from diffwhitted.accuracy._knob import STATED
+from diffwhitted.accuracy._knobs import STATED
 from diffwhitted.accuracy._survey import swept_knobs
 from diffwhitted.accuracy._tracer import Tracer
 from diffwhitted.geometry import Corners

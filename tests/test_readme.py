@@ -16,7 +16,7 @@ from fitting.command_line import app, main
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs" / "guide").glob("*.md"))]
-LONG = ("derivative", "explain", "tradeoff")
+LONG = ("animate", "derivative", "explain", "tradeoff")
 """Commands that compile for minutes: their own tests run them, and here their words are understood."""
 OF_READERS = ("examples/photographs/scene.toml", "lamps/fitted.toml", "scene.toml")
 """Scenes of readers, and the photographs, which a notebook fits: their commands are understood here."""
@@ -74,6 +74,7 @@ def test_a_command_runs(words, small, capsys):
 
 def test_readme_shows_every_command():
     assert {words[0] for words in commands().values()} == {
+        "animate",
         "convert",
         "derivative",
         "explain",

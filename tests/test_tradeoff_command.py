@@ -53,7 +53,7 @@ def measured(*points, difference=1e-4, tolerance=1 / 255):
     return Tradeoff(8, 6, made, dw.Settings(), tolerance, "many trees", difference, 5, 1.0, np.zeros((6, 8, 3)))
 
 
-NOT_HERE = "light_samples", "shading", "fresnel", "roughness_samples"
+NOT_HERE = "light_samples", "shading", "fresnel", "roughness_samples", "blur_samples"
 """No lamp has a size, nothing is a mesh, nothing is weighed by the angle or rough."""
 OWN, FINE, FINER = (
     (dw.Settings(), 0.05, 0.01),

@@ -3,8 +3,9 @@
 from ..records import changed
 from ..scene import AbstractCamera
 
-CONVERGED_BLUR = 256
-"""Trees a pixel of a camera that blurs, in a reference."""
+CONVERGED_BLUR = 16
+"""Places in the lens, and times, of each tree of a camera that blurs, in a reference, whose trees have places of their
+own."""
 
 
 def blurs(camera: AbstractCamera) -> bool:

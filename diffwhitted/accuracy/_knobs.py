@@ -4,15 +4,23 @@ A knob is one field of `Settings`: its row of the table stands beside it.
 """
 
 import itertools
-from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from .._errors import SceneError
 from ..records import changed
 from ..scene import DEEPEST, MOST_BLUR_SAMPLES, MOST_ROUGHNESS_SAMPLES, MOST_SAMPLES, Scene, whole_number
 from ..shapes import SHADING
-from ._knob import STATED, Knob, antialias_of, cutoff_of, footprint_of, fresnel_of, precision_of, row, shading_of
+from ._checked import (
+    STATED,
+    checked_antialias,
+    checked_cutoff,
+    checked_footprint,
+    checked_fresnel,
+    checked_precision,
+    checked_shading,
+)
 from ._lamps import with_light_samples
 from ._materials import BOTH, with_materials
 
@@ -21,12 +29,41 @@ EXCLUSIVE = ("pixel",)
 
 
 @dataclass(frozen=True)
+class Knob:
+    """A row of the table.
+
+    The knobs of a group do related work: of "pixel" (where a pixel is sampled) one at most is on, those of "tree"
+    (how far a ray is followed) go together, and every choice of one group goes with every choice of the other.
+    """
+
+    name: str
+    costs: str
+    controls: str
+    """Which error it makes smaller."""
+    default: Any
+    off: Any
+    """The value at which it does nothing."""
+    sweep: tuple
+    group: str
+    text: str
+    """How a setting reads: "depth {}"."""
+    argument: str | None
+    """Of `diffwhitted.render`; None for what belongs to the scene."""
+    check: Callable[[Any], Any] = field(repr=False)
+
+
+def _row(default: Any, **columns: Any) -> Any:
+    """A field of `Settings` with its row of the table."""
+    return field(default=default, metadata={"row": {"default": default, **columns}})
+
+
+@dataclass(frozen=True)
 class Settings:
     """A value for each knob. Raises `SceneError` for a value that is none, and for two ways to sample a pixel at
     once.
     """
 
-    depth: int = row(
+    depth: int = _row(
         5,
         costs="rays: every level more follows the reflected and refracted rays of the one before",
         off=DEEPEST,
@@ -37,7 +74,7 @@ class Settings:
         argument="max_depth",
         check=lambda v: whole_number(v, "depth", highest=DEEPEST),
     )
-    cutoff: float = row(
+    cutoff: float = _row(
         0.0,
         costs="rays: a smaller cutoff follows fainter branches",
         off=0.0,
@@ -46,9 +83,9 @@ class Settings:
         group="tree",
         text="cutoff {:.2g}",
         argument="cutoff",
-        check=cutoff_of,
+        check=checked_cutoff,
     )
-    samples: int = row(
+    samples: int = _row(
         1,
         costs="time in proportion to n x n points a pixel",
         off=1,
@@ -59,7 +96,7 @@ class Settings:
         argument="samples",
         check=lambda v: whole_number(v, "samples"),
     )
-    footprint: int = row(
+    footprint: int = _row(
         0,
         costs="about 4 times a point for one tree, and k x k times that",
         off=0,
@@ -68,9 +105,9 @@ class Settings:
         group="pixel",
         text="footprint {}",
         argument="footprint",
-        check=footprint_of,
+        check=checked_footprint,
     )
-    antialias: float = row(
+    antialias: float = _row(
         0.0,
         costs="time: a smaller threshold divides more pixels",
         off=0.0,
@@ -79,9 +116,9 @@ class Settings:
         group="pixel",
         text="antialias {:.2g}",
         argument="antialias",
-        check=antialias_of,
+        check=checked_antialias,
     )
-    light_samples: int | None = row(
+    light_samples: int | None = _row(
         None,
         costs="time in proportion to the points, each with its shadow rays",
         off=None,
@@ -93,7 +130,7 @@ class Settings:
         argument=None,
         check=lambda v: v if v is None else whole_number(v, "light_samples", lowest=0, highest=MOST_SAMPLES),
     )
-    fresnel: str | None = row(
+    fresnel: str | None = _row(
         None,
         costs="a few operations a ray: exact takes two roots more than schlick",
         off=None,
@@ -103,9 +140,9 @@ class Settings:
         group="fresnel",
         text="fresnel {}",
         argument=None,
-        check=fresnel_of,
+        check=checked_fresnel,
     )
-    roughness_samples: int | None = row(
+    roughness_samples: int | None = _row(
         None,
         costs="time in proportion to the trees, that many a pixel or more",
         off=None,
@@ -116,9 +153,9 @@ class Settings:
         argument=None,
         check=lambda v: v if v is None else whole_number(v, "roughness_samples", highest=MOST_ROUGHNESS_SAMPLES),
     )
-    blur_samples: int | None = row(
+    blur_samples: int | None = _row(
         None,
-        costs="time in proportion to the trees, where a pixel has fewer places than that",
+        costs="time in proportion to the trees, that many a pixel or more",
         off=None,
         controls="noise of what a lens or motion blurs; None is what the camera says",
         sweep=(1, 4, 16, 64),
@@ -127,7 +164,7 @@ class Settings:
         argument=None,
         check=lambda v: v if v is None else whole_number(v, "blur_samples", highest=MOST_BLUR_SAMPLES),
     )
-    precision: str = row(
+    precision: str = _row(
         "float32",
         costs="memory and time, up to twice",
         off="float32",
@@ -136,9 +173,9 @@ class Settings:
         group="arithmetic",
         text="{}",
         argument=None,
-        check=precision_of,
+        check=checked_precision,
     )
-    shading: str = row(
+    shading: str = _row(
         STATED,
         costs="time at each point of a mesh that is not flat; what it costs is measured, not known beforehand",
         off=STATED,
@@ -147,7 +184,7 @@ class Settings:
         group="mesh",
         text="shading {}",
         argument=None,
-        check=shading_of,
+        check=checked_shading,
     )
 
     def __post_init__(self):
@@ -181,7 +218,7 @@ class Settings:
 
     @property
     def variant(self) -> tuple[int | None, str, str | None, int | None, int | None]:
-        """What makes another scene, or another camera, of the one that is asked for."""
+        """What makes another scene or camera of the one that is asked for."""
         return self.light_samples, self.shading, self.fresnel, self.roughness_samples, self.blur_samples
 
     def applied(self, scene: Scene) -> Scene:

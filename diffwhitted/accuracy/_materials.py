@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from ..records import changed
 from ..scene import Material, Scene
 
-CONVERGED_ROUGHNESS_SAMPLES = 256
-"""Normals a pixel of a rough surface, at the least, in a reference."""
+CONVERGED_ROUGHNESS_SAMPLES = 16
+"""Normals a tree of a rough surface, in a reference, whose trees have normals of their own."""
 BOTH = ("exact", "schlick")
 """The models of Fresnel's reflectance that stand in for each other."""
 

@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike
 
 from ._blur import CONVERGED_BLUR, blurs
 from ._knobs import Settings
+from ._lamps import CONVERGED_SAMPLES, has_sized_lights
+from ._materials import CONVERGED_ROUGHNESS_SAMPLES, has_fresnel, has_gloss
 from ._tracer import Tracer
 
 CUTOFF = 2.0**-16
@@ -43,11 +45,12 @@ class Reference:
     def __str__(self) -> str:
         (least, depth), (most, deepest) = LEVELS[1], LEVELS[self.level]
         finer = f", up to {most} x {most} and depth {deepest} where that changes most" if self.level > 1 else ""
-        asked = self.variant
-        lamps = "" if asked.light_samples is None else f", {asked.light_samples} points a lamp"
-        fresnel = "" if asked.fresnel is None else f", fresnel {asked.fresnel}"
-        normals = "" if asked.roughness_samples is None else f", {asked.roughness_samples} normals or more a pixel"
-        blur = "" if asked.blur_samples is None else f", {asked.blur_samples} trees or more a pixel"
+        lamps, fresnel, normals = self.variant.light_samples, self.variant.fresnel, self.variant.roughness_samples
+        lamps = "" if lamps is None else f", {lamps} points a lamp"
+        fresnel = "" if fresnel is None else f", fresnel {fresnel}"
+        normals = "" if normals is None else f", {normals} normals a tree"
+        blur = self.variant.blur_samples
+        blur = "" if blur is None else f", {blur} places in the lens a tree"
         return f"{least} x {least} filtered trees a pixel of depth {depth}{finer}{lamps}{fresnel}{normals}{blur}"
 
 
@@ -63,15 +66,13 @@ def reference(
 
     Filtered trees of 1/k of a pixel converge to the area of the pixel as k grows, and faster than points do. Meshes
     that are not flat are shaded by Phong, whatever they state.
-    `variant`: its knobs of lamps and materials stand in place of what the scene says. `on_work` is called with the part
-    of the work that is done, if all levels are needed. Raises `CapacityError` as `Tracer` does.
+    `variant`: its knobs of lamps, materials and camera stand in place of what the scene says. `on_work` is called with
+    the part of the work that is done, if all levels are needed. Raises `CapacityError` as `Tracer` does.
     """
     pixels, variant = tracer.all_pixels if pixels is None else pixels, variant or Settings()
     sizes = [len(pixels), *(max(1, int(len(pixels) * SHARE**n)) for n in range(len(LEVELS) - 1))]
     work = [size * side**2 for size, (side, _) in zip(sizes, LEVELS, strict=True)]
     which, rays = np.arange(len(pixels)), 0
-    if blurs(tracer.camera) and variant.blur_samples is None:
-        variant = replace(variant, blur_samples=CONVERGED_BLUR)
     refined = before = np.zeros((len(pixels), 3))
     for level, (size, (side, depth)) in enumerate(zip(sizes, LEVELS, strict=True)):
         if level > 1:
@@ -79,16 +80,27 @@ def reference(
             which = np.sort(which[np.argpartition(-change, size - 1)[:size]])
         before, refined = before.copy(), refined.copy()
         before[which] = refined[which]
-        settings = replace(variant, depth=depth, cutoff=CUTOFF, footprint=side, shading="phong")
         parts = np.array_split(which, -(-size * side**2 // AT_ONCE))
         for number, part in enumerate(parts):
-            found = tracer.trace_spread(settings, pixels[part])
+            found = tracer.trace_spread(
+                replace(variant, depth=depth, cutoff=CUTOFF, footprint=side, shading="phong"), pixels[part]
+            )
             refined[part], rays = found.pixels, rays + found.rays
             if on_work is not None:
                 on_work((sum(work[:level]) + work[level] * (number + 1) / len(parts)) / sum(work))
         if level and rmse(refined, before) <= wanted(refined):
             break
     return Reference(refined, before, level, variant, rays)
+
+
+def converged_settings(tracer: Tracer) -> Settings:
+    """What a reference asks of lamps, materials and camera, where they have it."""
+    return Settings(
+        light_samples=CONVERGED_SAMPLES if has_sized_lights(tracer.scene) else None,
+        fresnel="exact" if has_fresnel(tracer.scene) else None,
+        roughness_samples=CONVERGED_ROUGHNESS_SAMPLES if has_gloss(tracer.scene) else None,
+        blur_samples=CONVERGED_BLUR if blurs(tracer.camera) else None,
+    )
 
 
 def rmse(one: ArrayLike, other: ArrayLike) -> float:

@@ -7,18 +7,31 @@ work is the same, and so are picture and time.
 import time
 from dataclasses import dataclass, replace
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
 from .._errors import CapacityError
+from ..numerics._kept import kept
 from ..numerics._workers import processors, side_by_side
 from ..rendering._antialias import antialias, compile_antialias
 from ..rendering._radiance_bound import most_beyond
-from ..scene import DEEPEST, AbstractCamera, Scene, near
-from ..tree import Beyond, Plan, likely_room, make_plan, tables_of, trees_or_points
+from ..scene import DEEPEST, AbstractCamera, Scene, Tables, near
+from ..tree import (
+    Beyond,
+    Plan,
+    Samples,
+    averaged,
+    likely_room,
+    make_plan,
+    tables_of,
+    trace,
+    trace_left_out,
+    trees_or_points,
+)
 from ._blur import with_blur_samples
-from ._corners import MOST_PLACES, Places, corner_pass, dealt, place_groups, places_in_pixel
 from ._knobs import Settings
+from ._places import MOST_PLACES, Corners, Places, dealt, middles, place_groups
 
 FEWEST_PIXELS = 2048
 """Twice so many, or more, are dealt to all processors."""
@@ -68,7 +81,7 @@ class Tracer:
         return settings.applied(self.scene)
 
     def camera_with(self, settings: Settings) -> AbstractCamera:
-        """The camera with as many places in its lens."""
+        """The camera with as many places in its lens as these settings say."""
         return with_blur_samples(self.camera, settings.blur_samples)
 
     def trace(self, settings: Settings, pixels: np.ndarray | None = None) -> Traced:
@@ -78,7 +91,7 @@ class Tracer:
         settings = self._able(settings)
         pixels, side = self.all_pixels if pixels is None else pixels, settings.footprint or settings.samples
         films, rays, seconds = self._films(settings, *self._corners(pixels), place_groups(side, self.scene.dtype))
-        return Traced(settings, films / side**2, rays + len(pixels) * side**2 * self._trees(settings, side), seconds)
+        return Traced(settings, films / side**2, rays + len(pixels) * side**2, seconds)
 
     def left_out(self, settings: Settings, pixels: np.ndarray | None = None) -> np.ndarray | None:
         """The bound of `render_with_bound` for the picture of these settings, (n, 3): how much brighter each of these
@@ -114,19 +127,12 @@ class Tracer:
         settings = self._able(settings)
         side = settings.footprint or settings.samples
         column, row = (np.repeat(at, side**2) for at in (pixels % self.camera.width, pixels // self.camera.width))
-        inside = np.tile(places_in_pixel(side).T - 0.5 / side, len(pixels))
+        inside = np.tile(middles(side).T - 0.5 / side, len(pixels))
         column, row = ((at + more).astype(self.scene.dtype) for at, more in zip((column, row), inside, strict=True))
-        places = jnp.zeros((MOST_PLACES, 2), self.scene.dtype) + 0.5 / side
-        middle = places, jnp.int32(1), jnp.int32(0), jnp.int32(side**2)
-        number = np.tile(np.arange(side**2, dtype=np.int32), len(pixels))
-        films, rays, seconds = self._films(settings, column, row, [middle], number=number)
-        rays += len(column) * self._trees(settings, side)
-        return Traced(settings, films.reshape(len(pixels), side**2, 3).mean(axis=1), rays, seconds)
-
-    def _trees(self, settings: Settings, side: int) -> int:
-        """At each of side x side places in a pixel (see `drawn`)."""
-        plan = self.plan(settings)
-        return plan.bands * -(-plan.chances // side**2)
+        middle = jnp.zeros((MOST_PLACES, 2), self.scene.dtype) + 0.5 / side, jnp.int32(1), jnp.int32(0)
+        place = np.tile(np.arange(side**2, dtype=np.int32), len(pixels))
+        films, rays, seconds = self._films(settings, column, row, [middle], place=place)
+        return Traced(settings, films.reshape(len(pixels), side**2, 3).mean(axis=1), rays + len(column), seconds)
 
     def _antialiased(self, settings: Settings, pixels: np.ndarray | None) -> Traced:
         """Pixels share their corners, so the whole picture is traced, and some of it costs its part."""
@@ -152,25 +158,24 @@ class Tracer:
         settings: Settings,
         column: np.ndarray,
         row: np.ndarray,
-        groups: list["Places"],
+        groups: list[Places],
         beyond: Beyond | None = None,
-        number: np.ndarray | None = None,
+        place: np.ndarray | None = None,
     ) -> tuple[np.ndarray, int, float]:
         """The sum over places at each corner (n, 3), the rays other than camera rays, and the seconds; with `beyond`,
-        of what is left out. `number` of the place in its pixel that each corner is, where it is one.
+        of what is left out.
         """
-        number, camera = np.zeros(len(column), np.int32) if number is None else number, self.camera_with(settings)
         plan, scene = self.compiled(settings, beyond), self.scene_with(settings).with_cutoff(settings.cutoff)
-        tables = tables_of(scene, plan)
+        tables, camera = tables_of(scene, plan), self.camera_with(settings)
         how = jnp.asarray(settings.depth, jnp.int32), jnp.asarray(1 / max(settings.footprint, 1), scene.dtype), beyond
 
         def film_of(corners):
-            return [corner_pass(tables, camera, plan.program, corners, *places, *how) for places in groups]
+            return [_pass(tables, camera, plan.program, corners, *places, *how) for places in groups]
 
         fewest = max(-(-len(column) // plan.pass_pixels), min(processors(), len(column) // FEWEST_PIXELS), 1)
         count = min(max(fewest, int(fewest * self._crowded.get(settings, 1))), len(column))
         while True:
-            passes = dealt(plan, column, row, number, count)
+            passes = dealt(plan, column, row, count, place)
             begun = time.perf_counter()
             films = side_by_side(film_of, passes)
             seconds = time.perf_counter() - begun
@@ -197,9 +202,9 @@ class Tracer:
             plan = replace(plan, effects=plan.effects.switched(shadows=False, tinted_shadows=False))
         if (program := (plan, beyond is None, *settings.variant)) not in self._compiled:
             begun = time.perf_counter()
-            nobody = dealt(plan, corner := np.zeros(1, self.scene.dtype), corner, np.zeros(1, np.int32), 1)[0]
+            nobody = dealt(plan, corner := np.zeros(1, self.scene.dtype), corner, 1)[0]
             places = place_groups(1, self.scene.dtype)[0]
-            corner_pass.lower(
+            _pass.lower(
                 tables_of(self.scene_with(settings), plan),
                 self.camera_with(settings),
                 plan.program,
@@ -225,3 +230,40 @@ class Tracer:
             branching = plan.effects.reflection or plan.effects.refraction
             self._plans[kind] = replace(plan, effects=plan.effects.switched(cutoff=branching))
         return self._plans[kind]
+
+
+@kept
+def _pass(
+    tables: Tables,
+    camera: AbstractCamera,
+    plan: Plan,
+    corners: Corners,
+    places,
+    count,
+    first,
+    depth,
+    side,
+    beyond: Beyond | None = None,
+):
+    """The sum of the films of `count` places (3, pixels); of their descendants, the largest number and the sum.
+
+    With `beyond` the film is of the most light that the branches that are not followed could bring.
+    """
+    tables = replace(tables, max_depth=depth)
+
+    def one_place(number, state):
+        film, most, total = state
+        column, row = corners.column + places[number, 0], corners.row + places[number, 1]
+        samples = Samples(column, row, corners.there, side, jnp.int32(0), corners.place + first + number)
+
+        def one(samples):
+            if beyond is not None:
+                return trace_left_out(tables, camera, plan, samples, beyond)
+            light, _, descendants = trace(tables, camera, plan, samples)
+            return light, descendants
+
+        light, descendants = averaged(plan, samples, one)
+        return film + light.stacked(axis=0), jnp.maximum(most, descendants), total + descendants
+
+    nothing = jnp.zeros((3, plan.pass_pixels), camera.look_from.dtype), jnp.int32(0), jnp.int32(0)
+    return jax.lax.fori_loop(0, count, one_place, nothing)

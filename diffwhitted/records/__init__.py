@@ -12,14 +12,14 @@ from ._checks import (
     shortest,
     whole_number,
 )
-from ._copies import changed, complete, grouped, in_dtype, member, member_count, members_at, moved, shifted, stacked
+from ._copies import changed, grouped, in_dtype, member, member_count, members_at, moved, shifted, stacked
 from ._registry import Registry
 from ._row import REQUIRED, Row, entries, read_rows, rows_of
 from ._scale import SCALES, Scale, typical_size
 
 __all__ = [
-    "DEEPEST", "REQUIRED", "SCALES", "Registry", "Row", "Scale", "changed", "check_file", "complete", "depth_number",
-    "entries", "grouped", "in_dtype", "is_traced", "listed", "member", "member_count", "members_at", "moved",
-    "nearest_name", "number_array", "read_rows", "require", "rows_of", "shifted", "shortest", "stacked", "typical_size",
+    "DEEPEST", "REQUIRED", "SCALES", "Registry", "Row", "Scale", "changed", "check_file", "depth_number", "entries",
+    "grouped", "in_dtype", "is_traced", "listed", "member", "member_count", "members_at", "moved", "nearest_name",
+    "number_array", "read_rows", "require", "rows_of", "shifted", "shortest", "stacked", "typical_size",
     "whole_number",
 ]  # fmt: skip

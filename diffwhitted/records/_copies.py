@@ -1,7 +1,7 @@
 """Records of one kind as columns, and copies of records with other static fields."""
 
 from collections.abc import Sequence
-from dataclasses import MISSING, fields
+from dataclasses import fields
 from typing import Any, TypeVar
 
 import equinox as eqx
@@ -24,15 +24,6 @@ def changed(record: R, **new: Any) -> R:
     for field in fields(record):
         object.__setattr__(copy, field.name, new.get(field.name, getattr(record, field.name)))
     return copy
-
-
-def complete(record: Any) -> None:
-    """Put what an `__init__` left at its default into the record itself: equinox takes a record that lacks fields for
-    another tree than its own copy.
-    """
-    for field in fields(record):
-        if field.default is not MISSING:
-            record.__dict__.setdefault(field.name, field.default)
 
 
 def in_dtype(record: R, dtype) -> R:

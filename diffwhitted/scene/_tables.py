@@ -89,12 +89,12 @@ class Tables(eqx.Module):
     """By how much the index of each material departs from that of the line d in each band; None: nowhere."""
     seed: Int[Array, ""] | None = None
     """Of what is left to chance."""
-    relief: Relief | None = None
-    """What bends normals; None where nothing does."""
     motion: Motion | None = None
     """Of the objects; None where none moves."""
     shift: Vec3 | None = None
     """How far each object has moved from where it is stated (see `tree._motion`); None: not at all."""
+    relief: Relief | None = None
+    """What bends normals; None where nothing does."""
     max_depth: Int[Array, ""] | None = None
     """In place of the plan's, which it does not exceed: a value, so that pictures of every depth share a program."""
 
@@ -168,8 +168,8 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         marks=changed(marks, boxes=()),
         departures=_departures(scene, materials),
         seed=jnp.int32(scene.seed),
-        relief=_relief(materials, number_of, textures),
         motion=motion_of(objects, scene.dtype),
+        relief=_relief(materials, number_of, textures),
     )
 
 

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 
 from ..geometry import AbstractSurfaces
 from ..numerics._vector import Vec3
-from ..records import Row, changed, complete, in_dtype, is_traced, moved, stacked
+from ..records import Row, changed, in_dtype, is_traced, moved, stacked
 from ._pose import NAMES, POSE, VELOCITY, affine, by_rows, has_pose, stated_pose
 
 SHADING = ("flat", "gouraud", "fast_phong", "phong")
@@ -57,15 +57,19 @@ class AbstractObject(eqx.Module):
     matrix: Float[Array, "4 4"] | None = eqx.field(default=None, kw_only=True)
     velocity: Float[Array, "3"] | None = eqx.field(default=None, kw_only=True)
 
+    def __new__(cls, *values, **keys):
+        """Every field is there from the start: equinox counts them to tell a record from a wrapped function."""
+        self = super().__new__(cls)
+        for name in (*NAMES, VELOCITY.name):
+            object.__setattr__(self, name, None)
+        return self
+
     def __init_subclass__(cls, **keys):
         super().__init_subclass__(**keys)
         if "ROWS" in cls.__dict__:
             cls.ROWS = (*cls.ROWS, *POSE, VELOCITY)
         if "ALSO" in cls.__dict__:
             cls.ALSO = {name: (*rows, *POSE, VELOCITY) for name, rows in cls.ALSO.items()}
-
-    def __check_init__(self):
-        complete(self)
 
     @classmethod
     @abstractmethod

@@ -8,8 +8,15 @@ holds. See `numerics/_stage`.
 
 from ._arrival import BRANCH_NAMES
 from ._asked import calls_for
-from ._decided import Decision, decide_effects
-from ._effects import EFFECT_NAMES, Effect, Effects, effect_rows, including_effect
+from ._effects import (
+    EFFECT_NAMES,
+    Decision,
+    Effect,
+    Effects,
+    decide_effects,
+    effect_rows,
+    including_effect,
+)  # fmt: skip
 from ._film import film_of
 from ._fresnel import Passed
 from ._idle import idle

@@ -13,6 +13,8 @@ from ._arrival import Origin
 from ._plan import Plan
 from ._samples import Samples
 
+LEVELS = 128
+"""More than a tree has."""
 ON_SURFACES = 0.7548776662466927, 0.5698402909980532
 """Steps of Roberts' sequence R2: 1/g and 1/g**2 with g**3 = g + 1, as even in the plane as the golden ratio is on a
 line.
@@ -29,10 +31,10 @@ def chances(plan: Plan, samples: Samples, origin: Origin, level: Int[Array, "n"]
     level, and number of the sample.
     """
     column, row = (at[origin.sample].astype(jnp.int32) for at in (samples.column, samples.row))
-    number = jnp.broadcast_to(samples.draw // plan.bands, column.shape)
-    if samples.number is not None:
-        number = number + samples.number[origin.sample]
-    return column, row, level.astype(jnp.int32), number
+    level = level.astype(jnp.int32)
+    if samples.place is not None:
+        level = level + LEVELS * samples.place[origin.sample]
+    return column, row, level, jnp.broadcast_to(samples.draw // plan.bands, column.shape)
 
 
 def places(

@@ -14,17 +14,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from ..illumination import (
-    SurfacePoint,
-    fresnel_highlight,
-    lit_above_horizon,
-    polished,
-    polished_most,
-    polished_towards,
-)  # fmt: skip
+from ..illumination import SurfacePoint, fresnel_highlight, lit_above_horizon, polished, polished_towards  # fmt: skip
 from ..numerics._vector import Vec3
 from ..records import changed
-from ..scene import Scene, Tables
+from ..scene import AbstractCamera, Scene, Tables
+from ._asked import Asked
 from ._fresnel import Passed, dielectric, dielectric_extremes, metal, metal_extremes
 from ._light_effects import (
     by_one_ray,
@@ -35,6 +29,7 @@ from ._light_effects import (
     hemispherical,
     most_left,
 )  # fmt: skip
+from ._material_effects import by_phong, most_of_metal, most_when_polished
 from ._reasons import (
     Reason,
     absorbing,
@@ -122,25 +117,6 @@ SEEN = (
 SPLIT = (("reflection", "refraction"), "no ray is reflected or refracted")
 
 
-def _polished_most(scene: Scene, name: str, most: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    material = scene.materials[name]
-    return polished_most(most, float(material.refractive_index)) if material.class_ == "polished" else most
-
-
-def _metal_highlight(scene: Scene, name: str, most: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    return most | {"k_h": np.maximum(most["k_h"], 1)} if scene.materials[name].fresnel_model == "metal" else most
-
-
-def _by_phong(shading: str) -> Callable[[Scene], Scene]:
-    """The scene with interpolated normals in place of such shading."""
-
-    def without(scene: Scene) -> Scene:
-        things = (thing.shaded("phong") if thing.interpolation == shading else thing for thing in scene.objects)
-        return changed(scene, objects=tuple(things))
-
-    return without
-
-
 EFFECTS: tuple[Effect, ...] = (
     Effect("ambient", with_coefficient("k_a"), "no object has k_a > 0", forbidden=no_ambient),
     Effect("hemisphere", hemispherical, "ambient light is alike from all sides", (("ambient",), "no ambient light"),
@@ -153,11 +129,11 @@ EFFECTS: tuple[Effect, ...] = (
            adds=sent_back_in_highlight, brightest=brightest_of("k_h")),
     Effect("polished", coated, "no object is polished",
            (("ambient", "diffuse", "environment"), "no light is looked at"),
-           at_points=polished, at_lights=polished_towards, models=("polished",), indices=True, most=_polished_most),
+           at_points=polished, at_lights=polished_towards, models=("polished",), indices=True, most=most_when_polished),
     Effect("fresnel_highlight", weighed_highlight, "no material has fresnel_highlight",
            (("highlight",), "no highlight is looked at"), at_lights=fresnel_highlight,
            models=("fresnel", "fresnel_highlight", "highlight"), indices=True,
-           most=_metal_highlight),
+           most=most_of_metal),
     Effect("shadows", caster, "no object can stand between a point and a light", LIT, no_shadows),
     Effect("tinted_shadows", with_coefficient("k_t"), "no object has k_t > 0", (("shadows",), "no shadow ray is cast"),
            not_tinted),
@@ -181,8 +157,8 @@ EFFECTS: tuple[Effect, ...] = (
     Effect("absorption", absorbing, "no transparent object has extinction > 0", BENT),
     Effect("nested_media", second_glass, "fewer than two transparent solids", BENT),
     Effect("shared_surfaces", touching, "no transparent object shares a surface with another", BENT),
-    Effect("gouraud", interpolated("gouraud"), "no object is shaded so", LIT, without=_by_phong("gouraud")),
-    Effect("fast_phong", interpolated("fast_phong"), "no object is shaded so", LIT, without=_by_phong("fast_phong")),
+    Effect("gouraud", interpolated("gouraud"), "no object is shaded so", LIT, without=by_phong("gouraud")),
+    Effect("fast_phong", interpolated("fast_phong"), "no object is shaded so", LIT, without=by_phong("fast_phong")),
     Effect("textures", textured, "no coefficient in use has a texture"),
     Effect("attenuation", with_light(lambda light: light.fades, "has an attenuation"),
            "no point light has an attenuation", LIT,
@@ -267,3 +243,43 @@ class Effects:
     def lighting(self) -> bool:
         """Does any light have to be looked at?"""
         return self.diffuse or self.highlight
+
+
+@dataclass(frozen=True)
+class Decision:
+    """One effect, on or off, and the reason in words."""
+
+    name: str
+    on: bool
+    why: str
+
+
+def decide_effects(
+    scene: Scene,
+    free: Collection[str] = (),
+    max_depth: int | None = None,
+    footprint: int | None = None,
+    camera: AbstractCamera | None = None,
+) -> tuple[Decision, ...]:
+    """Decide every effect for a scene and the free coefficients of a fit, in the order of the table.
+
+    `max_depth` and `footprint` replace the scene's, `camera` its cameras.
+    """
+    depth = scene.max_depth if max_depth is None else max_depth
+    cameras = tuple(scene.cameras.values()) if camera is None else (camera,)
+    asked = Asked(scene, frozenset(free), depth, scene.footprint if footprint is None else footprint, cameras)
+    asked.check_clear()
+    decided: list[Decision] = []
+    on: set[str] = set()
+    for row in effect_rows():
+        needed, missing = row.needs
+        why_not = row.forbidden(asked) or (missing if needed and not on.intersection(needed) else None)
+        reason = None if why_not else row.called_for(asked)
+        decided.append(Decision(row.name, reason is not None, reason or why_not or row.otherwise))
+        if reason is not None:
+            on.add(row.name)
+    return tuple(decided)
+
+
+def as_effects(decisions: tuple[Decision, ...]) -> Effects:
+    return Effects(frozenset(decision.name for decision in decisions if decision.on))

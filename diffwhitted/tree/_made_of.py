@@ -61,6 +61,13 @@ def made_of(tables: Tables, plan: Plan, at: Arrival, needed, names: Sequence[str
     )
 
 
+def place_at_rest(tables: Tables, at: Arrival) -> Vec3:
+    """Where the points are while nothing moves: patterns go along with what they are on."""
+    if tables.shift is None:
+        return at.point
+    return at.point - lookup(tables.shift, jnp.maximum(at.object, 0))
+
+
 def material_at(tables: Tables, object: Int[Array, "n"]) -> Int[Array, "n"]:
     """The number of the material of each object; of no meaning for -1."""
     return lookup(tables.material_of, object)
@@ -115,11 +122,7 @@ def _pattern(tables: Tables, number: Int[Array, "n"], at: Arrival, needed) -> Ve
 
 def _coloured(tables: Tables, group: AbstractTexture, which: Int[Array, "n"], worn, at: Arrival, needed) -> Vec3:
     """The colour of textures of one structure, where they are `worn`."""
-    place = at.point
-    if tables.shift is not None:
-        # Patterns go along with what they are on.
-        place = place - lookup(tables.shift, jnp.maximum(at.object, 0))
-    point = TexturePoint(place, at.shading_normal, at.uv)
+    point = TexturePoint(place_at_rest(tables, at), at.shading_normal, at.uv)
     if at.beam is None or not group.FOOTPRINT:
         return group.chosen(which).at(point)
     steps = _steps(at)

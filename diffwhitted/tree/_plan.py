@@ -23,8 +23,7 @@ from ..scene import (
     textured_rows,
 )  # fmt: skip
 from ._asked import Asked, calls_for
-from ._decided import as_effects, decide_effects
-from ._effects import Effects, effect_rows
+from ._effects import Effects, as_effects, decide_effects, effect_rows
 from ._points import trees_or_points
 
 BLOCK = 2**13

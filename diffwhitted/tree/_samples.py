@@ -22,8 +22,10 @@ class Samples(eqx.Module):
     """Of the square that each stands for, in pixels; of no meaning where rays have no footprint."""
     draw: Int[Array, ""]
     """Which of the pixel's samples it is (see `drawn`): it decides on the band and on what is left to chance."""
-    number: Int[Array, "n"] | None = None
-    """Added, place by place, to what decides on chance: of places in one pixel that are traced side by side."""
+    place: Int[Array, "n"] | None = None
+    """The number of the place in the pixel, where each draws by itself what is left to chance; None: they draw
+    together, by `draw`.
+    """
 
 
 class Draw(eqx.Module):

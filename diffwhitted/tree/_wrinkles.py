@@ -22,7 +22,7 @@ from ..records import member_count
 from ..scene import AbstractCamera, Tables
 from ..scene.textures import AbstractTexture, TexturePoint
 from ._arrival import Arrival, Origin
-from ._made_of import material_at
+from ._made_of import material_at, place_at_rest
 from ._plan import Plan
 from ._samples import Samples
 
@@ -81,7 +81,7 @@ def _slope(
 ) -> Vec3:
     """grad h along the surface; 0 where nothing is worn."""
     one, other = tangents(outward)
-    point = TexturePoint(at.point, outward, at.uv)
+    point = TexturePoint(place_at_rest(tables, at), outward, at.uv)
     steps = tuple(_step(tables.shapes, at, step) for step in (one, other))
     zero = jnp.zeros_like(width)
     total, first = Vec3(zero, zero, zero), 0

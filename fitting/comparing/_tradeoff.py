@@ -10,9 +10,7 @@ import numpy as np
 
 from diffwhitted import KNOBS, InputError, Scene, Settings
 from diffwhitted.accuracy._choose import MARGIN, in_precision, spread_pixels
-from diffwhitted.accuracy._lamps import CONVERGED_SAMPLES, has_sized_lights
-from diffwhitted.accuracy._materials import CONVERGED_ROUGHNESS_SAMPLES, has_fresnel, has_gloss
-from diffwhitted.accuracy._reference import Reference, reference, rmse
+from diffwhitted.accuracy._reference import Reference, converged_settings, reference, rmse
 from diffwhitted.accuracy._survey import Candidate, base_settings, cheapest, front, survey, swept_knobs
 from diffwhitted.accuracy._tracer import Tracer
 from diffwhitted.scene import AbstractCamera, whole_number
@@ -137,11 +135,7 @@ def tradeoff(
         None,
         lambda refined: CONVERGED * min(rmse(a, refined) for a in accurate),
         lambda done: work("tracing the reference", 0.15 + 0.45 * done),
-        Settings(
-            light_samples=CONVERGED_SAMPLES if has_sized_lights(tracer.scene) else None,
-            fresnel="exact" if has_fresnel(tracer.scene) else None,
-            roughness_samples=CONVERGED_ROUGHNESS_SAMPLES if has_gloss(tracer.scene) else None,
-        ),
+        converged_settings(tracer),
     )
     work("looking for useful combinations", 0.6)
     some = spread_pixels(camera.width * camera.height, SURVEYED)

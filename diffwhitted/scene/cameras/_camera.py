@@ -13,8 +13,8 @@ from ..._errors import SceneError
 from ...geometry import NOTHING, Footprint, Ray
 from ...numerics._safe import normalise, rescaled
 from ...numerics._vector import Vec3, cross, vec3
-from ...records import Row, changed, complete, is_traced, moved, read_rows
-from ._lens import check_lens, through_lens
+from ...records import Row, changed, is_traced, moved, read_rows
+from ._lens import LENS, check_lens, through_lens
 from ._picture import Side, crop_of, pixels, whole
 from ._pose import view_of
 
@@ -68,9 +68,6 @@ class AbstractCamera(eqx.Module):
     shutter: Float[Array, ""] | None = eqx.field(default=None, kw_only=True)
     velocity: Float[Array, "3"] | None = eqx.field(default=None, kw_only=True)
     blur_samples: int | None = eqx.field(default=None, kw_only=True, static=True)
-
-    def __check_init__(self):
-        complete(self)
 
     @abstractmethod
     def through(self, column: Float[Array, "*n"], row: Float[Array, "*n"]) -> Ray:
@@ -132,6 +129,9 @@ class AbstractCamera(eqx.Module):
 
     def _stand(self, place: str, look_from, look_at, up, width, height, principal_point, crop, **lens) -> None:
         """Read what all cameras have, and what a lens has."""
+        # Every field is set: equinox counts them to tell a record from a wrapped function.
+        for row in LENS:
+            setattr(self, row.name, None)
         read_rows(self, place, look_from=look_from, look_at=look_at, up=up, principal_point=principal_point, **lens)
         check_lens(self.aperture, self.focus, place)
         self.full = pixels(width, place, "width"), pixels(height, place, "height")
