@@ -11,6 +11,7 @@ from conftest import SOON_COMPILED
 import diffwhitted as dw
 import fitting
 from diffwhitted._errors import SceneNote
+from diffwhitted.formats._kinds import FORMATS
 from diffwhitted.numerics._vector import vec3
 from diffwhitted.scene import TexturePoint
 
@@ -336,3 +337,22 @@ def test_a_file_keeps_what_bends_normals(tmp_path):
         again = dw.load_scene(tmp_path / "scene.toml", precision="float64")
         assert again.materials["floor"].relief == scene.materials["floor"].relief, name
         assert jax.tree.all(jax.tree.map(np.array_equal, again.textures, scene.textures)), name
+
+
+def test_other_programs_are_told_what_they_do_not_get():
+    glass = dw.Material(class_="dielectric", extinction=0.3, dispersion={"abbe": 40}, roughness=0.1, k_h=0,
+                        height_texture="relief", height_scale=0.1)  # fmt: skip
+    scene = floor()
+    scene = dw.Scene(objects=[dw.Sphere("ball", (0, 1, 0), 1, "glass")], materials={"glass": glass},
+                     textures=dict(scene.textures), cameras=dict(scene.cameras))  # fmt: skip
+    words = "class", "fresnel", "extinction", "abbe_number", "roughness", "height_scale", 'height_texture "relief"'
+    told = {
+        form.name: " | ".join(form.write(scene, "x.toml").lost)
+        for form in FORMATS
+        if form.write and form.name != "TOML"
+    }
+    for name in ("POV-Ray", "Mitsuba", "glTF", "MTL"):
+        for word in words:
+            assert re.search(rf'{word} of material "glass" is lost', told[name]), (name, word, told[name])
+    for name in ("LaTeX", "Markdown"):
+        assert 'height_texture "relief" of material "glass" is lost' in told[name]

@@ -43,6 +43,8 @@ def json_numbers(scene: Scene, source: str) -> Written:
                 "fresnel_highlight": material.fresnel_highlight,
                 "textures": dict(material.textures),
                 "relief": dict(material.relief),
+                "dispersion": material.dispersion,
+                "roughness_samples": material.roughness_samples,
                 "k_h_is_k_s": material.values["k_h"] is None,
             }
             for name, material in scene.materials.items()

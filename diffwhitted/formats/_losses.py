@@ -51,10 +51,16 @@ class Losses:
             value = material.values.get(row.name)
             if row.name not in known and value is not None and not _same(value, row.default):
                 self.say(f"{row.name} of {{}} is lost", what)
+        self.unknown_choices(material, known, what)
+
+    def unknown_choices(self, material: Material, known: Collection[str], what: Thing) -> None:
+        """Say which words of a material the format has none for: class, model of the angle, what bends normals."""
+        if "fresnel" not in known and material.fresnel != "off":
+            self.say("fresnel of {} is lost: its weights do not hang on the angle", what)
         for key, worn in material.relief:
             if key not in known:
                 self.say(f"{key} {named(worn)} of {{}} is lost", what)
-        self.unknown(material, {"highlight", *material.left_out()}, what)
+        self.unknown(material, {"highlight", "fresnel", *known, *material.left_out()}, what)
 
     def __iter__(self) -> Iterator[str]:
         return (f"{self._name}: {sentence}" for sentence in self.here())

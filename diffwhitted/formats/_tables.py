@@ -101,7 +101,7 @@ def _of_materials(form_name: str, table: Table) -> Callable[[Scene, str], Writte
             for name, material in scene.materials.items()
         ]
         for name, material in scene.materials.items():
-            lost.unknown(material, {"highlight"}, ("material", name))
+            lost.unknown_choices(material, (), ("material", name))
         units = [f"{symbol} in {row.unit}" for row, symbol in columns if row.unit != "1"]
         means = [f"{symbol}: {row.meaning}" for row, symbol in columns]
         return Written(table(head, rows, [*means, *units, *map(plain_words, lost.here())]).encode(), tuple(lost))
