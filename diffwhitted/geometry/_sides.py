@@ -52,10 +52,15 @@ class Sides(eqx.Module):
     """The third corner of the other triangle; the same again where there is none."""
     side: Int[Array, "*n"]
     """Its number (see `side_of`)."""
-    neighbour: Int[Array, "*n"]
-    """The other triangle, -1 for none."""
+    other: Int[Array, "*n"]
+    """The other triangle with the place of its third corner, numbered in the same way, -1 for none."""
     crease: Bool[Array, "*n"]
     """Light jumps there between the two triangles."""
+
+    @property
+    def neighbour(self) -> Int[Array, "*n"]:
+        """The other triangle, -1 for none."""
+        return triangle_of(self.other)[0]
 
     @property
     def count(self) -> int:

@@ -115,8 +115,16 @@ def with_families(shapes: Shapes, families: Sequence[AbstractSurfaces]) -> Shape
     def made(family, before):
         return before if before is None else boxes_over(*_extent(jax.lax.stop_gradient(family)))
 
+    def again(family, sided):
+        if sided is None:
+            return None
+        sides = family.sides(sided[0].side, sided[0].other)
+        boxes = made(sides, sided[1])
+        return sides, boxes if boxes is None else changed(boxes, cones=sides.cones(boxes.leaf))
+
     boxes = tuple(made(*pair) for pair in zip(families, shapes.boxes, strict=True))
-    return changed(shapes, families=tuple(families), boxes=boxes)
+    sides = tuple(map(again, families, shapes.sides)) if shapes.sides else ()
+    return changed(shapes, families=tuple(families), boxes=boxes, sides=sides)
 
 
 def known_boxes(objects: Sequence[AbstractObject]) -> tuple[Known | None, ...]:

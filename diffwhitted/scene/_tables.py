@@ -47,7 +47,7 @@ class Marks(eqx.Module):
     boxes: tuple[Known | None, ...] = ()
     """For each family of shapes that is searched by a tree, the tree and the geometry that it was made of."""
     meetings: tuple[Meeting | None, ...] = ()
-    """For each family of shapes which of its surfaces meet at a side, where rays have footprints."""
+    """For each family which of its surfaces meet at a side, where rays have footprints."""
 
 
 class Tables(eqx.Module):
@@ -213,9 +213,8 @@ def marks_of(
     """The marks of a scene whose values are known, or as far as they are: what is traced may be anything.
 
     `free`: names of coefficients ("glass.k_s") whose derivative is wanted although they may be zero; `where_traced`:
-    that of all traced ones is; `shared`: the surfaces in one place (see `shared_sheets`); `searched`: the
-    trees of boxes are wanted too, for a scene that will be traced with other numbers or the same ones;
-    `outlines`: rays will have footprints.
+    that of all traced ones is; `shared`: the surfaces in one place (see `shared_sheets`); `searched`: the trees of
+    boxes too, for a scene that will be traced with other numbers or the same; `outlines`: rays will have footprints.
     """
     names, objects = material_names(scene), numbered_objects(scene)
 

@@ -201,7 +201,7 @@ class Triangles(AbstractSurfaces):
         start, end, corner = mine.side(side >> BITS)
         third, _, _ = their.side(beyond >> BITS)
         return Sides(
-            start, end, corner, where(there, third, corner), side, jnp.where(there, other & NUMBER, -1),
+            start, end, corner, where(there, third, corner), side, other,
             there & mine.creased(side >> BITS, their, beyond >> BITS),
         )  # fmt: skip
 
