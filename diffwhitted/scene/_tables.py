@@ -139,10 +139,8 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
     # Number the materials, and order the objects by size.
     index_of = {name: number for number, name in enumerate(names)}
     material_of = np.asarray([index_of[thing.material] for thing in objects], np.int32)
-    place_in_glass = (
-        jnp.full(len(names) + 1, -1, jnp.int32).at[marks.glass].set(jnp.arange(marks.glass.shape[0], dtype=jnp.int32))
-    )
-    place_in_glass = place_in_glass.at[-1].set(-1)
+    glass = jnp.arange(marks.glass.shape[0], dtype=jnp.int32)
+    place_in_glass = jnp.full(len(names) + 1, -1, jnp.int32).at[marks.glass].set(glass).at[-1].set(-1)
     shapes = shapes_of(objects, marks.boxes, marks.sheets, marks.meetings)
     return Tables(
         shapes=shapes,
