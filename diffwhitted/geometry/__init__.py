@@ -18,18 +18,32 @@ from ._footprint import (
     uncovered,
 )  # fmt: skip
 from ._hit import Hit
+from ._outlines import divided, shaded_side
 from ._ray import NOTHING, Departure, Ray, Sheets, sheet_at
-from ._search import GRAZING, Shapes, blocked, containing, crossing_counts, nearest, surface_at, towards, uv_at
+from ._search import (
+    GRAZING,
+    Shapes,
+    blocked,
+    containing,
+    crossing_counts,
+    nearest,
+    on_its_side,
+    surface_at,
+    towards,
+    uv_at,
+)  # fmt: skip
 from ._sheets import hidden_by_layers, in_order, layers_crossed, neighbours
-from ._surface import AbstractSurfaces
+from ._sides import BITS, Sides, side_silhouette
+from ._surface import AbstractSurfaces, Three
 from ._tested import Tested, tested_for_blocked, tested_for_counts, tested_for_nearest
 
 __all__ = [
-    "GRAZING", "LEAST_COVERAGE", "NOTHING", "AbstractSurfaces", "Asked", "BoxTree", "Corners", "Departure", "Edge",
-    "Footprint", "Hit", "Ray", "Shapes", "Sheets", "Tested", "beside_small", "blocked", "boxes_over", "compiled",
-    "containing", "corners_at", "covered", "crossing_counts", "crosswise", "curvature_at", "edge_of", "free",
-    "hidden_by_layers", "hidden_parts", "in_order", "layers_crossed", "near_silhouettes", "nearest", "nearest_part",
-    "neighbours", "on_surface", "outwards", "part_of", "prepare", "search", "searcher", "sheet_at", "silhouette_of",
+    "BITS", "GRAZING", "LEAST_COVERAGE", "NOTHING", "AbstractSurfaces", "Asked", "BoxTree", "Corners", "Departure",
+    "Edge", "Footprint", "Hit", "Ray", "Shapes", "Sheets", "Sides", "Tested", "Three", "beside_small", "blocked",
+    "boxes_over", "compiled", "containing", "corners_at", "covered", "crossing_counts", "crosswise", "curvature_at",
+    "divided", "edge_of", "free", "hidden_by_layers", "hidden_parts", "in_order", "layers_crossed",
+    "near_silhouettes", "nearest", "nearest_part", "neighbours", "on_its_side", "on_surface", "outwards", "part_of",
+    "prepare", "search", "searcher", "shaded_side", "sheet_at", "side_silhouette", "silhouette_of",
     "steps_on_surface", "surface_at", "tested_for_blocked", "tested_for_counts", "tested_for_nearest", "towards",
     "uncovered", "uv_at",
 ]  # fmt: skip

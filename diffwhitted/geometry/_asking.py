@@ -36,6 +36,8 @@ class Asked(eqx.Module):
     not.
     """
     growth: Any = None
+    extra: Any = None
+    """What else a search has to know."""
 
     @classmethod
     def wide(cls, ray: Ray, reach, growth, limit=jnp.inf) -> "Asked":

@@ -33,10 +33,16 @@ class BoxTree(eqx.Module):
     """The surface in each leaf, -1 in the room to spare."""
     members: Float[Array, "numbers"] | None = None
     """The numbers of the surfaces in the order of the leaves, where there is machine code for their kind."""
+    cones: Float[Array, "numbers"] | None = None
+    """Of a tree of sides: what the normals on both sides of them have in common (see `Sides.cones`)."""
 
     @property
     def leaves(self) -> int:
         return self.leaf.shape[0]
+
+    def around(self) -> tuple[Vec3, Vec3]:
+        """The corners of the box around all."""
+        return Vec3(*self.rows[ROW : ROW + 3]), Vec3(*self.rows[ROW + 3 : ROW + 6])
 
 
 def boxes_over(low: Any, high: Any, members: Any = None) -> BoxTree:

@@ -27,12 +27,12 @@ def _machine() -> Any:
         return None
 
 
-def compiled(family: AbstractSurfaces) -> bool:
+def compiled(family: Any) -> bool:
     """Is there machine code for the searches of a family, here and now?"""
     return type(family).KERNEL is not None and jax.default_backend() == "cpu" and _machine() is not None
 
 
-def prepare(family: AbstractSurfaces) -> None:
+def prepare(family: Any) -> None:
     """Have the machine code for a family ready before a program that calls it runs, which may come from a file."""
     if compiled(family):
         _machine().target(type(family).KERNEL, jax.tree.leaves(family)[0].dtype.name)
@@ -46,6 +46,24 @@ def searcher(family: AbstractSurfaces, boxes: BoxTree | None, sheets: Sheets | N
     if boxes is None or boxes.members is None or sheets is not None or not compiled(family):
         return family
     return _Compiled(_machine().target(type(family).KERNEL, boxes.rows.dtype.name), family.count)
+
+
+def compiled_sides(boxes: BoxTree, flags, asked: Any, creases: bool) -> Any:
+    """The number and the distance of the side that `nearest_side` finds, by machine code; None where there is none."""
+    if boxes.members is None or boxes.cones is None or jax.default_backend() != "cpu" or _machine() is None:
+        return None
+    dtype, ray = boxes.rows.dtype, asked.ray
+    shape = ray.origin.shape
+    results = jax.ShapeDtypeStruct(shape, jnp.int32), jax.ShapeDtypeStruct(shape, dtype)
+    call = jax.ffi.ffi_call(_machine().target("side", dtype.name), results, vmap_method="sequential")
+    ends = [part for end in asked.extra.ends for part in (end.x, end.y, end.z)]
+    passed = jnp.stack(ends) if ends else jnp.zeros(1, dtype)
+    limit = jnp.where(jnp.isnan(asked.limit), 0, asked.limit)
+    return call(
+        np.asarray([creases], np.int32), boxes.rows, boxes.leaf, boxes.members, flags,
+        *jax.tree.leaves((ray.origin, ray.direction)), limit, asked.departure.primitive, asked.reach, asked.growth,
+        passed, boxes.cones,
+    )  # fmt: skip
 
 
 class _Compiled(eqx.Module):

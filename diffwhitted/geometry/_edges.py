@@ -16,6 +16,7 @@ from ._footprint import Footprint
 from ._hit import Hit
 from ._ray import NOTHING, Departure, Ray, counted_from
 from ._search import Shapes
+from ._sides import triangle_of
 
 
 def near_silhouettes(shapes: Shapes, ray: Ray, reach, growth) -> Bool[Array, "n"]:
@@ -73,11 +74,14 @@ def hidden_parts(
 
 
 def silhouette_of(shapes: Shapes, ray: Ray, footprint: Footprint, primitive: Int[Array, "n"]) -> Linear:
-    """The silhouette of a known surface, differentiable; of no meaning for -1."""
+    """The silhouette of a known surface, or of a mesh along a known side, differentiable; of no meaning for -1."""
     zero = jnp.zeros(ray.origin.shape, ray.origin.dtype)
     found = Linear(zero, zero, zero)
-    for mine, member in shapes.members(primitive):
-        if member.FOOTPRINT:
+    for mine, member in shapes.members(shapes.named(primitive)):
+        if member.SIDED:
+            if shapes.sides:
+                found = where(mine, member.outline(triangle_of(primitive)[1], ray, footprint)[0], found)
+        elif member.FOOTPRINT:
             found = where(mine, member.silhouette(ray, footprint)[0], found)
     return found
 

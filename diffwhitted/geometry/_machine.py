@@ -1,66 +1,17 @@
 """The walk of `_walk` as machine code, which XLA calls itself on a CPU: for spheres and triangles.
 
-numba compiles a kernel for each kind of surface and precision; the compiled function speaks XLA's interface for foreign
-functions (version 0.3) and reads and writes XLA's own buffers: no Python is in the way, and passes run on all
-processors. The trees are the same, and so are the answers; where numba is missing, `_walk` serves.
+numba compiles a kernel for each kind of surface and precision (see `_machine_calls`). The trees are the same, and so
+are the answers; where numba is missing, `_walk` serves.
 """
 
-import ctypes
-from typing import Any
+from functools import partial
 
-import jax
-import numba
 import numpy as np
-from numba import njit, types
-from numba.extending import intrinsic
+from numba import njit
 
 from ._compiled import ANY, COUNT
-
-# Names that the declarations of numba leave out.
-carray, cfunc = (getattr(numba, name) for name in ("carray", "cfunc"))
-EXECUTE = 3
-"""The stage of a call in which there is work to do."""
-
-
-def _pointer_of(typingctx, address):
-    del typingctx, address
-
-    def generated(context, builder, signature, arguments):
-        del signature
-        return builder.inttoptr(arguments[0], context.get_value_type(types.voidptr))
-
-    return types.voidptr(types.int64), generated
-
-
-_pointer: Any = intrinsic(_pointer_of)
-
-
-@njit(inline="always")
-def _words(address, count):
-    return carray(_pointer(address), count, np.int64)
-
-
-@njit(inline="always")
-def _buffer(frame, number, result):
-    """Address and size of an argument or a result of the call."""
-    described = _words(_words(_words(frame, 16)[14 if result else 9], number + 1)[number], 6)
-    rank, size = described[4], 1
-    for k in range(rank):
-        size *= _words(described[5], rank)[k]
-    return described[3], size
-
-
-@njit(inline="always")
-def _asked_for_version(frame):
-    """XLA asks at first which version of its interface this is: tell it."""
-    extension = _words(frame, 16)[1]
-    if extension == 0:
-        return False
-    described = _words(extension, 4)
-    if (described[1] & 0xFFFFFFFF) != 1:
-        return False
-    _words(described[3], 5)[3] = 0 | (3 << 32)
-    return True
+from ._machine_calls import buffer, carray, pointer, registered, to_be_done
+from ._machine_sides import side_kernel
 
 
 @njit(inline="always")
@@ -183,29 +134,29 @@ def _follow(
 @njit(inline="always")
 def _run(round, width, frame, real):
     """All rays of a call."""
-    mode = carray(_pointer(_buffer(frame, 0, False)[0]), 1, np.int32)[0]
-    address, size = _buffer(frame, 1, False)
-    rows = carray(_pointer(address), size, real)
-    address, leaves = _buffer(frame, 2, False)
-    leaf = carray(_pointer(address), leaves, np.int32)
-    members = carray(_pointer(_buffer(frame, 3, False)[0]), leaves * width, real)
-    address, size = _buffer(frame, 4, False)
-    flags = carray(_pointer(address), size, np.int32)
-    address, rays = _buffer(frame, 5, False)
-    ox = carray(_pointer(address), rays, real)
-    oy = carray(_pointer(_buffer(frame, 6, False)[0]), rays, real)
-    oz = carray(_pointer(_buffer(frame, 7, False)[0]), rays, real)
-    dx = carray(_pointer(_buffer(frame, 8, False)[0]), rays, real)
-    dy = carray(_pointer(_buffer(frame, 9, False)[0]), rays, real)
-    dz = carray(_pointer(_buffer(frame, 10, False)[0]), rays, real)
-    limit = carray(_pointer(_buffer(frame, 11, False)[0]), rays, real)
-    skip = carray(_pointer(_buffer(frame, 12, False)[0]), rays, np.int32)
-    inwards = carray(_pointer(_buffer(frame, 13, False)[0]), rays, np.uint8)
-    distance = carray(_pointer(_buffer(frame, 0, True)[0]), rays, real)
-    found = carray(_pointer(_buffer(frame, 1, True)[0]), rays, np.int32)
-    crossing = carray(_pointer(_buffer(frame, 2, True)[0]), rays, np.int8)
-    address, size = _buffer(frame, 3, True)
-    counts = carray(_pointer(address), size, np.int32)
+    mode = carray(pointer(buffer(frame, 0, False)[0]), 1, np.int32)[0]
+    address, size = buffer(frame, 1, False)
+    rows = carray(pointer(address), size, real)
+    address, leaves = buffer(frame, 2, False)
+    leaf = carray(pointer(address), leaves, np.int32)
+    members = carray(pointer(buffer(frame, 3, False)[0]), leaves * width, real)
+    address, size = buffer(frame, 4, False)
+    flags = carray(pointer(address), size, np.int32)
+    address, rays = buffer(frame, 5, False)
+    ox = carray(pointer(address), rays, real)
+    oy = carray(pointer(buffer(frame, 6, False)[0]), rays, real)
+    oz = carray(pointer(buffer(frame, 7, False)[0]), rays, real)
+    dx = carray(pointer(buffer(frame, 8, False)[0]), rays, real)
+    dy = carray(pointer(buffer(frame, 9, False)[0]), rays, real)
+    dz = carray(pointer(buffer(frame, 10, False)[0]), rays, real)
+    limit = carray(pointer(buffer(frame, 11, False)[0]), rays, real)
+    skip = carray(pointer(buffer(frame, 12, False)[0]), rays, np.int32)
+    inwards = carray(pointer(buffer(frame, 13, False)[0]), rays, np.uint8)
+    distance = carray(pointer(buffer(frame, 0, True)[0]), rays, real)
+    found = carray(pointer(buffer(frame, 1, True)[0]), rays, np.int32)
+    crossing = carray(pointer(buffer(frame, 2, True)[0]), rays, np.int8)
+    address, size = buffer(frame, 3, True)
+    counts = carray(pointer(address), size, np.int32)
     for k in range(size):
         counts[k] = 0
     for k in range(rays):
@@ -217,31 +168,21 @@ def _run(round, width, frame, real):
             )  # fmt: skip
 
 
-_CALL = types.int64(types.int64)
-
-
 def _kernel(round, width, real):
     """What XLA calls for a kind of surface, in one precision."""
 
     def call(frame):
-        if not _asked_for_version(frame) and (_words(frame, 16)[4] & 0xFFFFFFFF) == EXECUTE:
+        if to_be_done(frame):
             _run(round, width, frame, real)
         return 0
 
     return call
 
 
-KINDS = {"sphere": (True, 4), "triangle": (False, 9)}
-"""Is it round, and the numbers of a surface: centre and radius, or three corners."""
-_compiled: dict[str, object] = {}
+KINDS = {"sphere": partial(_kernel, True, 4), "triangle": partial(_kernel, False, 9), "side": side_kernel}
+"""For spheres (centre and radius), triangles (three corners), and sides of triangles."""
 
 
 def target(kind: str, dtype: str) -> str:
-    """The name under which XLA calls the kernel for a kind of surface, compiled and registered when first asked for."""
-    name = f"diffwhitted_{kind}_{dtype}"
-    if name not in _compiled:
-        _compiled[name] = kernel = cfunc(_CALL, nopython=True, cache=True)(_kernel(*KINDS[kind], np.dtype(dtype).type))
-        capsule = ctypes.pythonapi.PyCapsule_New
-        capsule.restype, capsule.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p]
-        jax.ffi.register_ffi_target(name, capsule(kernel.address, None, None), platform="cpu", api_version=1)
-    return name
+    """The name under which XLA calls the kernel for a kind of surface."""
+    return registered(kind, dtype, KINDS[kind])

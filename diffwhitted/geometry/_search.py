@@ -19,6 +19,7 @@ from ._boxes import BoxTree
 from ._compiled import searcher
 from ._hit import Hit
 from ._ray import NOTHING, Departure, Ray, Sheets
+from ._sides import Sides, triangle_of
 from ._surface import AbstractSurfaces
 
 GRAZING = 1e-3
@@ -38,6 +39,10 @@ class Shapes(eqx.Module):
     """For each family the tree of boxes by which it is searched; None, or none at all: every surface is asked."""
     surfaces_of: tuple[Int[Array, "objects"], Int[Array, "objects"]] | None = None
     """The first surface of each object, and how many it has; None where each object is one."""
+    sides: tuple[tuple[Sides, BoxTree | None] | None, ...] = ()
+    """For each family of triangles their sides, and the tree by which these are searched; empty where no rays have
+    footprints, or no family has any.
+    """
 
     def searched(self) -> Iterator[tuple[int, AbstractSurfaces, BoxTree | None]]:
         """(number of its first surface, family, the tree by which it is searched) for each family."""
@@ -61,6 +66,10 @@ class Shapes(eqx.Module):
     @property
     def count(self) -> int:
         return sum(family.count for family in self.families)
+
+    def named(self, number: Int[Array, "*n"]) -> Int[Array, "*n"]:
+        """The surfaces whose outlines are known by these numbers: those of triangles by one of their sides."""
+        return triangle_of(number)[0] if self.sides else number
 
     def part(self, flags, first: int, family: AbstractSurfaces) -> Any:
         """Of one value a surface, those of a family; None stays None."""
@@ -117,7 +126,7 @@ def crossing_counts(
     for first, family, boxes in shapes.searched():
         leaves, mine = departure.counted_from(first, shapes.sheets), shapes.part(kinds, first, family)
         # Machine code knows of no surfaces that a ray runs past.
-        by = family if departure.passed else searcher(family, boxes, shapes.sheets)
+        by = family if departure.passed and not family.SIDED else searcher(family, boxes, shapes.sheets)
         found = by.crossing_counts(ray, leaves, limit, mine, count, boxes)
         totals = tuple(total + more for total, more in zip(totals, found, strict=True))
     return totals
@@ -206,3 +215,12 @@ def towards(direction: Vec3, normal: Vec3) -> Vec3:
     """
     away = jnp.maximum(dot(direction, normal) + GRAZING, 0)
     return where(away > 0, normalise(normal - direction * away), normal)
+
+
+def on_its_side(direction: Vec3, normal: Vec3, through: Bool[Array, "n"]) -> Vec3:
+    """A direction that was bent at an interpolated normal, on the side of the surface on which the ray goes on: what
+    would lie on the other side is turned until it grazes the surface.
+    """
+    side = where(through, -normal, normal)
+    short = jnp.maximum(GRAZING - dot(direction, side), 0)
+    return where(short > 0, normalise(direction + side * short), direction)

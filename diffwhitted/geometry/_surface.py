@@ -38,6 +38,9 @@ class AbstractSurfaces(AbstractSearches):
     DETACHED: ClassVar[bool] = False
     """Its points may lie behind what rays are tested against: all rays go on from where `shading` says."""
 
+    SIDED: ClassVar[bool] = False
+    """Its outlines run along sides that two of its members share (see `_sides`), not around each of them."""
+
     KERNEL: ClassVar[str | None] = None
     """The kind of surface by which `_machine` knows it, where there is machine code for its search."""
 

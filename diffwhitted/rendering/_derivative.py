@@ -77,7 +77,7 @@ def derivative(
         scene, camera, free=free, max_depth=depth_number(max_depth), capacity=likely_room(camera), footprint=footprint
     )
     pixels, samples = camera.width * camera.height, _regular(plan, camera)
-    marks = marks_of(scene, free, shared=plan.shared)
+    marks = marks_of(scene, free, shared=plan.shared, outlines=plan.footprint > 0)
     tables, along = eqx.filter_jvp(lambda scene: tabulate(scene, marks), (scene,), (tangent,))
     program = partial(_pass, (tables, camera), (along, turn), plan.program)
     films, counts = zip(*side_by_side(lambda one: film_of(program, plan, one), samples), strict=True)

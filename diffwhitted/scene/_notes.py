@@ -81,12 +81,17 @@ def _near_lamps(objects: Sequence[AbstractObject], lights: Sequence[AbstractLigh
 def _hard_outlines(objects: Sequence[AbstractObject], lights: Sequence[AbstractLight]) -> Iterator[str]:
     """Objects whose shadow is hard though the light is a ball."""
     balls = [light.name or "" for light in lights if light.ball_radius() is not None]
-    hard = list(dict.fromkeys(thing.written_type() for thing in objects if not thing.FAMILY.FOOTPRINT))
+    hard = list(dict.fromkeys(thing.written_type() for thing in objects if _is_hard(thing)))
     if balls and hard:
         yield (
             f"light {balls[0]!r} is looked at by one ray (samples = 0), and the outline of objects of type "
             f"{', '.join(hard)} is not known, so their shadows are hard; state samples = 16 or more to make them soft"
         )
+
+
+def _is_hard(thing: AbstractObject) -> bool:
+    """Does one ray to a ball of light see no outline of it that could hide a part?"""
+    return not thing.FAMILY.FOOTPRINT or thing.FAMILY.SIDED
 
 
 def _lamps_inside(

@@ -7,14 +7,15 @@ program whose geometry is traced, or is no longer the one that the tree was made
 import hashlib
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool
+from jaxtyping import Array, Bool, Int
 
-from ..geometry import AbstractSurfaces, BoxTree, Shapes, Sheets, boxes_over, compiled, prepare
+from ..geometry import AbstractSurfaces, BoxTree, Shapes, Sheets, Sides, boxes_over, compiled, prepare
 from ..records import changed, is_traced
 from ..shapes import OBJECTS, AbstractObject
 
@@ -24,6 +25,14 @@ KEPT = 8
 """Trees that are kept for geometry that comes again."""
 
 
+class Meeting(eqx.Module):
+    """Which triangles of a family meet at which sides (see `Triangles.sides`), and the tree of their sides."""
+
+    side: Int[Array, "sides"]
+    other: Int[Array, "sides"]
+    known: "Known | None"
+
+
 class Known(eqx.Module):
     """A tree, and the geometry that it was made of."""
 
@@ -31,10 +40,16 @@ class Known(eqx.Module):
     columns: tuple[Array | None, ...]
 
 
-def shapes_of(objects: Sequence[AbstractObject], known: Sequence[Known | None], sheets: Sheets | None) -> Shapes:
+def shapes_of(
+    objects: Sequence[AbstractObject],
+    known: Sequence[Known | None],
+    sheets: Sheets | None,
+    meetings: Sequence[Meeting | None] = (),
+) -> Shapes:
     """The families of numbered objects, each with the tree by which it is searched; differentiable in the geometry.
 
-    `known`: the trees of `known_boxes`, or none: then each is made here.
+    `known`: the trees of `known_boxes`, or none: then each is made here. `meetings`: those of `meetings_of`, where rays
+    have footprints.
     """
     families, boxes, counts = [], [], []
     for number, (kind, mine, columns) in enumerate(_kinds(objects)):
@@ -43,12 +58,50 @@ def shapes_of(objects: Sequence[AbstractObject], known: Sequence[Known | None], 
         single = kind.surfaces is AbstractObject.surfaces
         counts += [1] * len(mine) if single else [thing.surfaces for thing in mine]
         boxes.append(_current(family, columns, known[number] if known else None) if _searched(family) else None)
+    sides = tuple(map(_sided, families, meetings)) if any(meetings) else ()
     if all(count == 1 for count in counts):
-        return Shapes(tuple(families), sheets=sheets, boxes=tuple(boxes))
+        return Shapes(tuple(families), sheets=sheets, boxes=tuple(boxes), sides=sides)
     of = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
     first = (np.cumsum(counts) - counts).astype(np.int32)
     numbers = jnp.asarray(first), jnp.asarray(counts, jnp.int32)
-    return Shapes(tuple(families), jnp.asarray(of), sheets, tuple(boxes), numbers)
+    return Shapes(tuple(families), jnp.asarray(of), sheets, tuple(boxes), numbers, sides)
+
+
+def meetings_of(objects: Sequence[AbstractObject], searched: bool) -> tuple[Meeting | None, ...]:
+    """For each family of triangles which of them meet; `searched`: the tree of their sides too (see `known_boxes`)."""
+    return tuple(_meeting(kind, mine, columns, searched) for kind, mine, columns in _kinds(objects))
+
+
+def _meeting(kind: type[AbstractObject], mine: list, columns: tuple, searched: bool) -> Meeting | None:
+    if (found := kind.sides(mine)) is None:
+        return None
+    side, other = map(jnp.asarray, found)
+    if not searched or any(map(is_traced, jax.tree.leaves(columns))):
+        return Meeting(side, other, None)
+    sides = _sides(_family(kind, columns), side, other)
+    return Meeting(side, other, _known(sides, tuple(jax.tree.leaves(sides))))
+
+
+@eqx.filter_jit
+def _sides(family: Any, side, other) -> Sides:
+    return family.sides(side, other)
+
+
+def _sided(family: AbstractSurfaces, meeting: Meeting | None) -> tuple[Sides, BoxTree | None] | None:
+    """The sides of a family, and the tree by which they are searched."""
+    if meeting is None:
+        return None
+    sides = _sides(family, meeting.side, meeting.other)
+    columns = tuple(jax.tree.leaves(sides))
+    if not _searched(sides):
+        return sides, None
+    boxes = _current(sides, columns, meeting.known)
+    return sides, changed(boxes, cones=_cones(sides, boxes.leaf))
+
+
+@eqx.filter_jit
+def _cones(sides: Sides, leaf):
+    return sides.cones(leaf)
 
 
 def families_of(objects: Sequence[AbstractObject]) -> Iterator[AbstractSurfaces]:
@@ -62,8 +115,16 @@ def with_families(shapes: Shapes, families: Sequence[AbstractSurfaces]) -> Shape
     def made(family, before):
         return before if before is None else boxes_over(*_extent(jax.lax.stop_gradient(family)))
 
+    def again(family, sided):
+        if sided is None:
+            return None
+        sides = family.sides(sided[0].side, sided[0].other)
+        boxes = made(sides, sided[1])
+        return sides, boxes if boxes is None else changed(boxes, cones=sides.cones(boxes.leaf))
+
     boxes = tuple(made(*pair) for pair in zip(families, shapes.boxes, strict=True))
-    return changed(shapes, families=tuple(families), boxes=boxes)
+    sides = tuple(map(again, families, shapes.sides)) if shapes.sides else ()
+    return changed(shapes, families=tuple(families), boxes=boxes, sides=sides)
 
 
 def known_boxes(objects: Sequence[AbstractObject]) -> tuple[Known | None, ...]:
@@ -83,11 +144,11 @@ def _family(kind: type[AbstractObject], columns: tuple) -> AbstractSurfaces:
     return kind.family(*jax.tree.map(jnp.asarray, columns))
 
 
-def _searched(family: AbstractSurfaces) -> bool:
+def _searched(family: AbstractSurfaces | Sides) -> bool:
     return family.BOUNDED and family.count >= (MANY_COMPILED if compiled(family) else MANY)
 
 
-def _known(family: AbstractSurfaces, columns: tuple) -> Known | None:
+def _known(family: AbstractSurfaces | Sides, columns: tuple) -> Known | None:
     if not _searched(family) or any(map(is_traced, jax.tree.leaves(columns))):
         return None
     content = hashlib.blake2b(type(family).__name__.encode())
@@ -101,7 +162,7 @@ def _known(family: AbstractSurfaces, columns: tuple) -> Known | None:
 _trees: OrderedDict[bytes, Known] = OrderedDict()
 
 
-def _kept(content: bytes, family: AbstractSurfaces, columns: tuple) -> Known:
+def _kept(content: bytes, family: AbstractSurfaces | Sides, columns: tuple) -> Known:
     if content not in _trees:
         with jax.ensure_compile_time_eval():
             boxes = jax.tree.map(jnp.asarray, boxes_over(*jax.tree.map(np.asarray, _extent(family))))
@@ -113,13 +174,13 @@ def _kept(content: bytes, family: AbstractSurfaces, columns: tuple) -> Known:
 
 
 @eqx.filter_jit
-def _extent(family: AbstractSurfaces):
+def _extent(family: AbstractSurfaces | Sides):
     """Corners of the boxes (n, 3) twice, and the numbers of the surfaces."""
     low, high = family.box()
     return low.stacked(), high.stacked(), family.numbers()
 
 
-def _current(family: AbstractSurfaces, columns: tuple, known: Known | None) -> BoxTree:
+def _current(family: AbstractSurfaces | Sides, columns: tuple, known: Known | None) -> BoxTree:
     """The known tree, or one made here where the geometry may be, or is, another one."""
     prepare(family)
 

@@ -26,7 +26,7 @@ from ._material import CHOICES, Material, textured_rows
 from ._motion import Motion, motion_of
 from ._relief import RELIEFS, Relief
 from ._scene import Scene
-from ._search import Known, known_boxes, shapes_of
+from ._search import Known, Meeting, known_boxes, meetings_of, shapes_of
 from ._sheets import Sheet, sheets_of
 from .backgrounds import AbstractBackground, Surroundings
 from .lights import AbstractLight
@@ -46,6 +46,8 @@ class Marks(eqx.Module):
     """The surfaces that lie in one place, where that is looked at."""
     boxes: tuple[Known | None, ...] = ()
     """For each family of shapes that is searched by a tree, the tree and the geometry that it was made of."""
+    meetings: tuple[Meeting | None, ...] = ()
+    """For each family which of its surfaces meet at a side, where rays have footprints."""
 
 
 class Tables(eqx.Module):
@@ -137,11 +139,9 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
     # Number the materials, and order the objects by size.
     index_of = {name: number for number, name in enumerate(names)}
     material_of = np.asarray([index_of[thing.material] for thing in objects], np.int32)
-    place_in_glass = (
-        jnp.full(len(names) + 1, -1, jnp.int32).at[marks.glass].set(jnp.arange(marks.glass.shape[0], dtype=jnp.int32))
-    )
-    place_in_glass = place_in_glass.at[-1].set(-1)
-    shapes = shapes_of(objects, marks.boxes, marks.sheets)
+    glass = jnp.arange(marks.glass.shape[0], dtype=jnp.int32)
+    place_in_glass = jnp.full(len(names) + 1, -1, jnp.int32).at[marks.glass].set(glass).at[-1].set(-1)
+    shapes = shapes_of(objects, marks.boxes, marks.sheets, marks.meetings)
     return Tables(
         shapes=shapes,
         coefficients=table,
@@ -165,7 +165,7 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         glass_of=shapes.by_surface(place_in_glass[material_of]),
         shading=_shading(objects),
         rank=_ranked(objects),
-        marks=changed(marks, boxes=()),
+        marks=changed(marks, boxes=(), meetings=()),
         departures=_departures(scene, materials),
         seed=jnp.int32(scene.seed),
         motion=motion_of(objects, scene.dtype),
@@ -206,12 +206,13 @@ def marks_of(
     where_traced: bool = True,
     shared: Sequence[Sheet] = (),
     searched: bool = True,
+    outlines: bool = False,
 ) -> Marks:
     """The marks of a scene whose values are known, or as far as they are: what is traced may be anything.
 
     `free`: names of coefficients ("glass.k_s") whose derivative is wanted although they may be zero; `where_traced`:
-    that of all traced ones is; `shared`: the surfaces in one place (see `shared_sheets`); `searched`: the
-    trees of boxes are wanted too, for a scene that will be traced with other numbers or the same ones.
+    that of all traced ones is; `shared`: the surfaces in one place (see `shared_sheets`); `searched`: the trees of
+    boxes too, for a scene that will be traced with other numbers or the same; `outlines`: rays will have footprints.
     """
     names, objects = material_names(scene), numbered_objects(scene)
 
@@ -240,6 +241,7 @@ def marks_of(
         _with_room(np.flatnonzero(clear)),
         tuple(solids),
         boxes=known_boxes(objects) if searched else (),
+        meetings=meetings_of(objects, searched) if outlines else (),
         sheets=sheets_of(objects, shared, {thing.name for thing in objects if thing.material in clear_names}),
     )
 

@@ -110,14 +110,14 @@ def closes(vertices: Any, faces: Any) -> bool:
     Vertices in one place are one, where they are known: files repeat them where normals or textures differ.
     """
     if vertices is not None and not closes(None, faces):
-        faces = _places(vertices)[faces]
+        faces = places_of(vertices)[faces]
     start, end = faces.ravel().astype(np.int64), np.roll(faces, -1, axis=1).ravel().astype(np.int64)
     count = int(faces.max()) + 1
     along, back = np.sort(start * count + end), np.sort(end * count + start)
     return bool((along == back).all() and (np.diff(along) != 0).all())
 
 
-def _places(vertices: np.ndarray) -> Int[np.ndarray, "v"]:
+def places_of(vertices: np.ndarray) -> Int[np.ndarray, "v"]:
     """The same number for vertices in one place, told by a hash of their bits: rows of floats take long to sort."""
     bits = np.ascontiguousarray(vertices.astype(np.float64) + 0.0).view(np.uint64)
     with np.errstate(over="ignore"):

@@ -23,6 +23,7 @@ from ._facets import (
     signed_volume,
 )  # fmt: skip
 from ._mesh_file import read_mesh
+from ._mesh_sides import shared_sides
 from ._object import SHADING, AbstractObject, joined, same_numbers
 from ._pose import by_rows
 from ._triangles import Triangles
@@ -159,6 +160,10 @@ class Mesh(AbstractObject):
             return [corners, normals, None]
         uvs = [np.zeros((len(t.faces), 3, 2), corners.dtype) if t.uvs is None else t.uvs[t.faces] for t in objects]
         return [corners, normals, joined(uvs)]
+
+    @classmethod
+    def sides(cls, objects: Sequence[Any]):
+        return shared_sides(objects)
 
     def corner_normals(self) -> Any:
         """Unit normals at the corners of the triangles, (f, 3, 3), differentiable."""

@@ -92,6 +92,12 @@ class AbstractObject(eqx.Module):
         rows = [row for row in cls.ROWS if row.numeric and row.name not in (*NAMES, VELOCITY.name)]
         return [stacked([getattr(thing, row.name) for thing in objects]) for row in rows]
 
+    @classmethod
+    def sides(cls, objects: Sequence["AbstractObject"]) -> tuple[np.ndarray, np.ndarray] | None:
+        """Of a family that is `SIDED`, which of its surfaces meet where (see `Triangles.sides`)."""
+        del objects
+        return None
+
     def placed(self, *, scale=None, rotate_deg=None, translate=None, matrix=None, place: str | None = None):
         """The same, scaled about the origin by a number or three, then turned about x, y and z by degrees, then moved
         by metres; or all of it by a matrix (4, 4), whose last row is 0, 0, 0, 1. In place of any transform before.

@@ -6,10 +6,28 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ..geometry import AbstractSurfaces, Asked, BoxTree, Ray, free, outwards, search
+from ..geometry import (
+    BITS,
+    AbstractSurfaces,
+    Asked,
+    BoxTree,
+    Departure,
+    Footprint,
+    Ray,
+    Sides,
+    Three,
+    free,
+    outwards,
+    search,
+    searcher,
+    side_silhouette,
+)
 from ..numerics._safe import normalise, power_of_two, safe_divide
-from ..numerics._vector import Vec3, cross, dot, where
+from ..numerics._vector import Vec3, cross, dot, lookup, where
 
+CREASE = 0.9998
+"""Cosine of the angle between normals at which light is seen to jump, 1.1 degrees."""
+NUMBER = (1 << BITS) - 1
 SKEW = (0.5773, 0.5271, 0.6238)
 """A direction along which no side of a mesh is likely to run."""
 
@@ -18,6 +36,8 @@ class Triangles(AbstractSurfaces):
     """Triangles by their corners, counter-clockwise seen from outside, and what is interpolated between these."""
 
     BOUNDED: ClassVar[bool] = True
+    FOOTPRINT: ClassVar[bool] = True
+    SIDED: ClassVar[bool] = True
     KERNEL: ClassVar[str | None] = "triangle"
 
     corners: tuple[Vec3, Vec3, Vec3]
@@ -132,6 +152,68 @@ class Triangles(AbstractSurfaces):
             return odd ^ (jnp.isfinite(distance) & (k >= first) & (k < first + count))
 
         return search(self, boxes, crossed, Asked(ray, free(point.shape)), one < 0)
+
+    def nearest_part(self, ray: Ray, footprint: Footprint, departure: Departure, boxes: BoxTree | None = None):
+        """The nearest, by its own search: none has a silhouette of its own (see `SIDED`)."""
+        del footprint
+        by = self if boxes is None or departure.sheet is not None else searcher(self, boxes, None)
+        distance, number, crossing = by.nearest(ray, departure, boxes)
+        entering = lookup(self, jnp.maximum(number, 0)).enters(ray, crossing)
+        return distance, number, crossing, entering, jnp.zeros_like(entering)
+
+    def near_silhouettes(self, ray: Ray, reach, growth, boxes: BoxTree | None = None):
+        return jnp.zeros(ray.origin.shape, bool)
+
+    def hidden_parts(
+        self, ray: Ray, footprint: Footprint, departure: Departure, limit, blocks, found, boxes: BoxTree | None = None
+    ):
+        """Whole, or not at all."""
+        by = self if boxes is None or departure.sheet is not None else searcher(self, boxes, None)
+        return found[0] | by.blocked(ray, departure, limit, blocks, boxes), found[1]
+
+    def side(self, place) -> Three:
+        """Both ends of a side by its place (0: from the first corner to the second one), and the third corner."""
+        a, b, c = self.corners
+        return where(place == 0, (a, b, c), where(place == 1, (b, c, a), (c, a, b)))
+
+    def outline(self, place, ray: Ray, footprint: Footprint):
+        """The silhouette of the mesh along a side, positive where the triangle is, and its distance (see `_sides`)."""
+        return side_silhouette(*self.side(place), ray, footprint)
+
+    def curvature(self):
+        """How the normals at the corners turn from one to the other, in the mean over the sides; 0 where flat."""
+        if self.normals is None:
+            return jnp.zeros_like(self.corners[0].x)
+        total = jnp.zeros_like(self.corners[0].x)
+        for k in range(3):
+            step = self.corners[k] - self.corners[k - 1]
+            total = total + safe_divide(dot(self.normals[k] - self.normals[k - 1], step), dot(step, step))
+        return total * (1 / 3)
+
+    def sides(self, side, other) -> Sides:
+        """The sides of these triangles by number (see `side_of`), with the triangle on the other side of each, known by
+        the place of its third corner in it in the same way, -1 for none. No derivatives.
+        """
+        mesh = jax.lax.stop_gradient(self)
+        mine, there = lookup(mesh, side & NUMBER), other >= 0
+        beyond = jnp.where(there, other, side)
+        their = lookup(mesh, beyond & NUMBER)
+        start, end, corner = mine.side(side >> BITS)
+        third, _, _ = their.side(beyond >> BITS)
+        return Sides(
+            start, end, corner, where(there, third, corner), side, other,
+            there & mine.creased(side >> BITS, their, beyond >> BITS),
+        )  # fmt: skip
+
+    def creased(self, place, other: "Triangles", corner):
+        """Do the normals of two triangles differ where they meet: along the side at `place`, opposite of the `corner`
+        of the other one?
+        """
+        if self.normals is None or other.normals is None:
+            return dot(self.normal(), other.normal()) < CREASE
+        start, end, _ = Triangles(self.normals).side(place)
+        _, first, last = Triangles(other.normals).side(corner)
+        return (dot(start, last) < CREASE) | (dot(end, first) < CREASE)
 
     def box(self):
         a, b, c = self.corners

@@ -46,6 +46,10 @@ class Beam(eqx.Module):
     curvature: Float[Array, "n"]
     """The normal, on the side of the ray, changes by this times a step along the surface."""
     edge: Edge
+    outline: Int[Array, "n"] | None
+    """The silhouette that cuts the pixel where one does: the surface, or a side of a mesh; None where there is no mesh:
+    the surface.
+    """
     departure: Departure | None
     """Where the ray set out; None in the replay, which does not search."""
     uv_steps: tuple[tuple[Float[Array, "n"], Float[Array, "n"]], ...] | None = None

@@ -42,7 +42,7 @@ def arriving_part(
         part = part * _through_glass(tables, seen)
         if plan.effects.absorption:
             part = part * left_on_the_way_to(tables, plan, at, light, needed)
-    return part * _past_silhouettes(tables, plan, light, seen, point, to_light)
+    return part * _past_silhouettes(tables, plan, light, seen, at, point, to_light)
 
 
 def _through_glass(tables: Tables, seen: Seen) -> Vec3:
@@ -56,7 +56,7 @@ def _through_glass(tables: Tables, seen: Seen) -> Vec3:
 
 
 def _past_silhouettes(
-    tables: Tables, plan: Plan, light: AbstractLight, seen: Seen, point: SurfacePoint, to_light: Vec3
+    tables: Tables, plan: Plan, light: AbstractLight, seen: Seen, at: Arrival, point: SurfacePoint, to_light: Vec3
 ):
     """What comes past the surfaces that occlude the light from part of the footprint."""
     one = jnp.ones_like(point.position.x)
@@ -76,8 +76,8 @@ def _past_silhouettes(
 
     soft = plan.effects.soft_shadows and light.ball_radius() is not None
     for occluder in seen.shading:
-        at = point.position, to_light, point.footprint, occluder
-        passed = packed(occluder >= 0, look_at_ball if soft else look, whole, *at)
+        way = at.lit_from[0], to_light, point.footprint, occluder
+        passed = packed(occluder >= 0, look_at_ball if soft else look, whole, *way)
         # Of a ball the one that hides most of it counts; parts of a footprint are hidden one by one.
         through = jax.tree.map(jnp.minimum, through, passed) if soft else through * passed
     return through
@@ -87,6 +87,7 @@ def _past(tables: Tables, plan: Plan, occluder: Int[Array, "n"], free):
     """What comes past a surface: what its silhouette leaves free, and what tinted glass lets through of the rest."""
     if not plan.effects.tinted_shadows:
         return free
+    occluder = tables.shapes.named(occluder)
     object = tables.shapes.object_at(occluder)
     material = material_at(tables, object)
     k_t = lookup(tables.coefficients["k_t"], material)

@@ -26,11 +26,13 @@ from ..geometry import (
     crosswise,
     curvature_at,
     edge_of,
+    on_its_side,
     on_surface,
     part_of,
     silhouette_of,
     surface_at,
     uncovered,
+    uv_at,
 )  # fmt: skip
 from ..illumination import SurfacePoint
 from ..numerics._coverage import Linear, is_cut, ramp
@@ -54,6 +56,7 @@ def arriving(
     crossing: Int[Array, "n"],
     entering: Bool[Array, "n"],
     cut: Bool[Array, "n"],
+    outline: Int[Array, "n"] | None,
     departure: Departure | None,
     needed: Bool[Array, ""],
 ) -> tuple[Hit, Vec3, Beam]:
@@ -63,25 +66,37 @@ def arriving(
 
     def meet(ray, footprint, primitive, crossing, entering):
         hit = surface_at(shapes, ray, primitive, crossing, entering)
-        return hit.point, hit.normal, hit.distance, on_surface(ray, footprint, hit, curvature_at(shapes, hit))
+        there = on_surface(ray, footprint, hit, curvature_at(shapes, hit))
+        smooth = None if hit.lifted is None else (hit.shading_normal, hit.lifted)
+        uv = None if hit.uv is None else (hit.uv, _uv_steps(shapes, hit, there))
+        return hit.point, hit.normal, hit.distance, there, smooth, uv
 
-    def meet_part(ray, footprint, primitive, crossing, entering):
-        here = always(primitive)
+    def meet_part(ray, footprint, primitive, crossing, entering, outline):
+        here, outline = always(primitive), primitive if outline is None else outline
         # Find how the silhouette cuts the pixel, and go on with the part that the surface covers.
-        silhouette = stage(here, lambda *a: silhouette_of(shapes, *a), ray, footprint, primitive)
+        silhouette = stage(here, lambda *a: silhouette_of(shapes, *a), ray, footprint, outline)
         edge = stage(here, edge_of, silhouette, primitive >= 0)
         ray, footprint = stage(here, covered, ray, footprint, edge)
-        point, normal, distance, footprint = stage(here, meet, ray, footprint, primitive, crossing, entering)
-        return point, normalise(normal), distance, footprint, ray.direction, edge
+        point, normal, *others = stage(here, meet, ray, footprint, primitive, crossing, entering)
+        return point, normalise(normal), *others, ray.direction, edge
 
     # Meet the surface with whole pixels, and with parts of those that a silhouette cuts.
     surface = ray, footprint, primitive, crossing, entering
     zero, one = jnp.zeros_like(ray.origin.x), jnp.ones_like(ray.origin.x)
     whole = *stage(needed, meet, *surface), ray.direction, Edge(one, zero, zero, zero)
-    point, normal, distance, footprint, direction, edge = packed(cut, meet_part, whole, *surface)
+    met = packed(cut, meet_part, whole, *surface, outline)
+    point, normal, distance, footprint, smooth, uv, direction, edge = met
+    shading, lifted = (normal, None) if smooth is None else smooth
+    uv, steps = (None, None) if uv is None else uv
     object = shapes.object_at(primitive)
-    hit = Hit(primitive, object, crossing, entering, point, normal, normal, distance)
-    return hit, direction, Beam(footprint, curvature_at(shapes, hit), edge, departure)
+    hit = Hit(primitive, object, crossing, entering, point, normal, shading, distance, lifted, uv=uv)
+    return hit, direction, Beam(footprint, curvature_at(shapes, hit), edge, outline, departure, steps)
+
+
+def _uv_steps(shapes: Shapes, hit: Hit, footprint: Footprint) -> tuple:
+    """How the texture coordinates of a hit change along both sides of the pixel."""
+    moved = (uv_at(shapes, hit.primitive, hit.point + side.origin) for side in footprint.sides())
+    return tuple(tuple(there - here for there, here in zip(uv, hit.uv or (), strict=True)) for uv in moved)
 
 
 def radicand(at: Arrival, eta: Float[Array, "n"]) -> Linear:
@@ -92,7 +107,7 @@ def radicand(at: Arrival, eta: Float[Array, "n"]) -> Linear:
     """
     cosine = _cosine(at)
     by = 2 * eta * eta * cosine.value
-    value = refraction_radicand(cosine.value, eta, sine_squared(at.direction, at.normal, eta))
+    value = refraction_radicand(cosine.value, eta, sine_squared(at.direction, at.shading_normal, eta))
     square = Linear(value, cosine.across * by, cosine.down * by).within(1.0)
     returns, level = ~at.entering & (at.beam.footprint.within == at.primitive), jnp.zeros_like(by)
     return where(returns, Linear(jnp.maximum(square.value, 0), level, level), square)
@@ -146,7 +161,7 @@ def _turn(plan: Plan, at: Arrival, branch, eta) -> tuple[Turn, Bool[Array, "n"]]
 
 def _turned(at: Arrival, turn: Turn, branch) -> tuple[Ray, Footprint]:
     sides = [
-        Ray(side.origin, turn.change(side.direction, side.origin * at.beam.curvature, at.normal, change))
+        Ray(side.origin, turn.change(side.direction, side.origin * at.beam.curvature, at.shading_normal, change))
         for side, change in zip(at.beam.footprint.sides(), (turn.across, turn.down), strict=True)
     ]
     inside = jnp.where(
@@ -154,9 +169,10 @@ def _turned(at: Arrival, turn: Turn, branch) -> tuple[Ray, Footprint]:
         at.entering,
         ~at.entering & (branch == MIRROR) & (at.beam.footprint.within == at.primitive),
     )
-    return Ray(at.point, turn.direction(at.direction, at.normal)), Footprint(
-        *sides, jnp.where(inside, at.primitive, NOTHING)
-    )
+    direction = turn.direction(at.direction, at.shading_normal)
+    if at.lifted is not None:
+        direction = on_its_side(direction, at.normal, branch == TRANSMITTED)
+    return Ray(at.point, direction), Footprint(*sides, jnp.where(inside, at.primitive, NOTHING))
 
 
 def _special(plan: Plan, at: Arrival, point: SurfacePoint, branch, factor: Vec3, eta) -> tuple[Ray, Footprint, Vec3]:
@@ -172,7 +188,15 @@ def _special(plan: Plan, at: Arrival, point: SurfacePoint, branch, factor: Vec3,
 
 
 def _uncovered(at: Arrival) -> tuple[Ray, Footprint]:
-    return uncovered(Ray(at.point, at.direction), crosswise(at.beam.footprint, at.direction), at.beam.edge)
+    """From the depth of the surface on; where there are meshes, from where the ray set out: what is beside an outline
+    or a crease may be nearer than what it covers.
+    """
+    point, footprint = at.point, crosswise(at.beam.footprint, at.direction)
+    if at.beam.outline is not None:
+        point = point - at.direction * at.distance
+        sides = [Ray(s.origin - s.direction * at.distance, s.direction) for s in footprint.sides()]
+        footprint = Footprint(*sides, footprint.within)
+    return uncovered(Ray(point, at.direction), footprint, at.beam.edge)
 
 
 def _at_rim(at: Arrival, branch, eta) -> tuple[Ray, Footprint, Float[Array, "n"], Float[Array, "n"]]:
@@ -190,11 +214,13 @@ def _at_rim(at: Arrival, branch, eta) -> tuple[Ray, Footprint, Float[Array, "n"]
     kept = jnp.where(through, edge.coverage, jnp.where(total, past, 1))
     shift = edge.shift * jnp.where(through, 1, jnp.where(total, -edge.coverage / past, 0))
     moved, footprint = part_of(Ray(at.point, at.direction), at.beam.footprint, edge, kept, shift)
-    normal = normalise(at.normal + (moved.origin - at.point) * at.beam.curvature)
-    beam = Beam(footprint, at.beam.curvature, edge, None)
+    normal = normalise(at.shading_normal + (moved.origin - at.point) * at.beam.curvature)
+    beam = Beam(footprint, at.beam.curvature, edge, at.beam.outline, None)
+    flat = normal if at.lifted is None else at.normal
     part = replace(
-        at, point=moved.origin, normal=normal, direction=moved.direction, outside=None, inside=None, beam=beam
-    )
+        at, point=moved.origin, normal=flat, shading_normal=normal, direction=moved.direction, outside=None,
+        inside=None, beam=beam,
+    )  # fmt: skip
     ray, footprint = _turned(part, turn_at(_cosine(part), eta, mean, through), branch)
     return Ray(ray.origin, normalise(ray.direction)), footprint, edge.coverage, mean
 
@@ -202,9 +228,9 @@ def _at_rim(at: Arrival, branch, eta) -> tuple[Ray, Footprint, Float[Array, "n"]
 def _cosine(at: Arrival) -> Linear:
     """cos_i over the pixel."""
     return Linear(
-        -dot(at.direction, at.normal),
+        -dot(at.direction, at.shading_normal),
         *(
-            -(dot(side.direction, at.normal) + dot(at.direction, side.origin) * at.beam.curvature)
+            -(dot(side.direction, at.shading_normal) + dot(at.direction, side.origin) * at.beam.curvature)
             for side in at.beam.footprint.sides()
         ),
     )

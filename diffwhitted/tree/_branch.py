@@ -3,8 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from ..geometry import GRAZING, Departure, Footprint, Ray
-from ..numerics._safe import normalise
+from ..geometry import Departure, Footprint, Ray, on_its_side
 from ..numerics._vector import Vec3, dot, lookup, where
 from ..optics import mirrored, refracted, refraction_radicand, sine_squared
 from ..scene import Tables
@@ -57,22 +56,14 @@ def child(
     return Ray(at.point if at.start is None else at.start, direction), None, factor
 
 
-def on_its_side(direction: Vec3, normal: Vec3, through: Bool[Array, "n"]) -> Vec3:
-    """A direction that was bent at an interpolated normal, on the side of the surface on which the ray goes on: what
-    would lie on the other side is turned until it grazes the surface.
-    """
-    side = where(through, -normal, normal)
-    short = jnp.maximum(GRAZING - dot(direction, side), 0)
-    return where(short > 0, normalise(direction + side * short), direction)
-
-
 def departure(at: Arrival, branch: Int[Array, "n"]) -> Departure:
     """The side of the surface on which a child leaves, and what it is known to run past."""
     leaves = Departure(at.primitive, at.entering == (branch == TRANSMITTED))
     if at.beam is None:
         return leaves
     past, before = branch == PAST, at.beam.departure
-    passed = (jnp.where(past, at.primitive, -1), *(jnp.where(past, one, -1) for one in before.passed[:-1]))
+    outline = at.primitive if at.beam.outline is None else at.beam.outline
+    passed = (jnp.where(past, outline, -1), *(jnp.where(past, one, -1) for one in before.passed[:-1]))
     return Departure(
         jnp.where(past, before.primitive, leaves.primitive), jnp.where(past, before.inwards, leaves.inwards), passed
     )

@@ -75,8 +75,10 @@ def parents_of(origin: Origin, arrivals):
 
 
 def run_on(plan: Plan, at: Arrival, parents: Arrival | None, origin: Origin) -> Arrival:
-    """The arrival of rays some of which run on past a silhouette: these have come from where their parents set out."""
-    if parents is None or not plan.footprint or not plan.effects.distance_fade:
+    """The arrival of rays some of which run on past a silhouette: these have come from where their parents set out.
+    Where there are meshes they have set out there again.
+    """
+    if parents is None or not plan.footprint or not plan.effects.distance_fade or at.beam.outline is not None:
         return at
     before = jnp.where(origin.branch == PAST, parents.distance, 0)
     return replace(at, distance=at.distance + before)

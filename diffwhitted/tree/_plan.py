@@ -224,7 +224,8 @@ def make_plan(
 def tables_of(scene: Scene, plan: Plan) -> Tables:
     """The scene as tables, with the marks that the plan asks for; outside a program, as names are read here."""
     shared = plan.shared if plan.effects.shared_surfaces else ()
-    marks = marks_of(scene, plan.at_work, where_traced=plan.zero_weights, shared=shared, searched=False)
+    marks = marks_of(scene, plan.at_work, where_traced=plan.zero_weights, shared=shared, searched=False,
+                     outlines=plan.footprint > 0)  # fmt: skip
     return tabulate(scene, marks)
 
 

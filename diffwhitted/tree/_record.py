@@ -18,6 +18,7 @@ from ..geometry import (
     Departure,
     Footprint,
     Ray,
+    divided,
     in_order,
     near_silhouettes,
     nearest,
@@ -59,6 +60,8 @@ class Nodes(eqx.Module):
     """For each group of lights, what they see of the point. Empty where nothing casts shadows."""
     cut: Bool[Array, "n"] | None
     """The silhouette of the surface cuts the pixel; None where rays have no footprint."""
+    outline: Int[Array, "n"] | None
+    """The number of that silhouette, of a mesh that of a side, -1 for none; None where no mesh is: the surface."""
     origin: Origin
 
 
@@ -211,18 +214,19 @@ def _follow(
     """
     shapes = tables.shapes
     # Find the closest surface along each ray.
-    primitive, crossing, entering, cut = _meets(tables, ray, footprint, departure, needed)
+    primitive, crossing, entering, cut, outline = _meets(tables, ray, footprint, departure, needed)
     if footprint is None:
         hit = stage(needed, lambda *a: surface_at(shapes, *a), ray, primitive, crossing)
         direction, beam = ray.direction, None
     else:
-        hit, direction, beam = arriving(shapes, ray, footprint, primitive, crossing, entering, cut, departure, needed)
+        met = primitive, crossing, entering, cut, outline
+        hit, direction, beam = arriving(shapes, ray, footprint, *met, departure, needed)
     # Find what lies on either side, for the indices.
     outside, inside = media(tables, plan, hit, dark)
     at = wrinkled(tables, arrival(hit, direction, outside, inside, beam), cone, needed)
     # Find what each light sees of the point, and which rays it sends on.
     seen = shadows_at(tables, plan, at, needed)
-    nodes = Nodes(primitive, crossing, hit.entering, outside, inside, seen, cut, origin)
+    nodes = Nodes(primitive, crossing, hit.entering, outside, inside, seen, cut, outline, origin)
     if not plan.branching:
         return nodes, at, None
     bent = at if not plan.effects.gloss else roughened(tables, plan, at, chances(plan, samples, origin, origin.level))
@@ -230,12 +234,12 @@ def _follow(
 
 
 def _meets(tables: Tables, ray: Ray, footprint: Footprint | None, departure: Departure, needed):
-    """The surface that each ray meets, its crossing and, where rays have a footprint, its side and whether its
-    silhouette cuts the pixel.
+    """The surface that each ray meets, its crossing and, where rays have a footprint, its side, whether its silhouette
+    cuts the pixel, and where there are meshes which silhouette that is.
     """
-    _, primitive, crossing = stage(needed, lambda *a: nearest(tables.shapes, *a), ray, departure)
+    distance, primitive, crossing = stage(needed, lambda *a: nearest(tables.shapes, *a), ray, departure)
     if footprint is None:
-        return _in_order(tables, needed, ray, None, departure, primitive, crossing, None, None)
+        return *_in_order(tables, needed, ray, None, departure, primitive, crossing, None, None), None
 
     def near(ray, footprint, departure):
         return near_silhouettes(tables.shapes, ray, *footprint.reach()) | (departure.passed[0] >= 0)
@@ -247,7 +251,10 @@ def _meets(tables: Tables, ray: Ray, footprint: Footprint | None, departure: Dep
     entering = stage(needed, side, ray, primitive, crossing)
     whole = primitive, crossing, entering, jnp.zeros_like(entering)
     met = packed(doubtful, lambda *a: nearest_part(tables.shapes, *a), whole, ray, footprint, departure)
-    return _in_order(tables, needed, ray, footprint, departure, *met)
+    met = _in_order(tables, needed, ray, footprint, departure, *met)
+    if not tables.shapes.sides:
+        return *met, None
+    return divided(tables.shapes, ray, footprint, departure, distance, *met, needed)
 
 
 def _in_order(tables: Tables, needed, ray: Ray, footprint: Footprint | None, departure: Departure, *met):

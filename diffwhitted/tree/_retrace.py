@@ -117,5 +117,5 @@ def _arrived(tables: Tables, nodes: Nodes, ray: Ray, footprint: Footprint | None
     if footprint is None:
         hit = stage(needed, lambda *a: surface_at(tables.shapes, *a), ray, *surface)
         return wrinkled(tables, arrival(hit, ray.direction, nodes.outside, nodes.inside, None), cone, needed)
-    hit, direction, beam = arriving(tables.shapes, ray, footprint, *surface, nodes.cut, None, needed)
+    hit, direction, beam = arriving(tables.shapes, ray, footprint, *surface, nodes.cut, nodes.outline, None, needed)
     return arrival(hit, direction, nodes.outside, nodes.inside, beam)

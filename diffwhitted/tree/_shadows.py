@@ -19,6 +19,7 @@ from ..geometry import (
     hidden_parts,
     layers_crossed,
     near_silhouettes,
+    shaded_side,
 )  # fmt: skip
 from ..illumination import ball_beam, before, glass_crossed, light_footprint, sees_light
 from ..numerics._safe import safe_divide
@@ -33,6 +34,9 @@ MOST_SHADING = 1
 """So many surfaces may occlude a light in part; further ones count whole or not at all."""
 MOST_SOFT = 4
 """The same of a ball of light that one ray looks at."""
+
+TURNED = 0.1
+"""Cosine of the angle between a light and the surface behind which no part of a footprint is lit any more."""
 
 
 class Seen(eqx.Module):
@@ -76,14 +80,16 @@ def _seen(tables: Tables, plan: Plan, at: Arrival, light: AbstractLight, blocks,
     to_light, distance, _ = stage(needed, light.arriving, origin)
     ray, parts = Ray(origin, to_light), ()
     # Leave out points that are turned away from the light, where each search of a ray takes its time.
-    if at.beam is None and any(boxes is not None for boxes in tables.shapes.boxes):
-        distance = jnp.where(dot(at.shading_normal, to_light) > 0, distance, 0)
+    searched = any(boxes is not None for boxes in tables.shapes.boxes)
+    if searched and (at.beam is None or tables.shapes.sides):
+        distance = jnp.where(dot(at.shading_normal, to_light) > (0 if at.beam is None else -TURNED), distance, 0)
     # Ask whether something blocks the way to the light.
     sees = stage(needed, lambda *a: sees_light(tables.shapes, *a, blocks), ray, departure, distance)
     hard = sees
     if at.beam is not None:
         sees, parts = _in_part(tables, light, ray, at, departure, distance, blocks, hard, needed)
-    if plan.effects.soft_shadows and light.ball_radius() is not None:
+        sees, parts = _past_meshes(tables, plan, light, ray, at, departure, distance, blocks, sees, parts, needed)
+    if _is_soft(plan, light):
         more, others = _of_ball(tables, light, ray, departure, distance, blocks, hard, needed)
         sees, parts = (more if at.beam is None else sees | more), (*parts, *others)
     # Count the surfaces of glass on the way.
@@ -114,6 +120,33 @@ def _of_ball(tables: Tables, light: AbstractLight, ray: Ray, departure: Departur
     nobody = jnp.full(sees.shape, NOTHING, jnp.int32)
     doubtful = stage(needed, near, ray, size)
     return packed(doubtful, look, (sees, (nobody,) * MOST_SOFT), ray, size, departure, distance)
+
+
+def _is_soft(plan: Plan, light: AbstractLight) -> bool:
+    """Is it a ball of light that one ray looks at?"""
+    return plan.effects.soft_shadows and light.ball_radius() is not None
+
+
+def _past_meshes(
+    tables: Tables,
+    plan: Plan,
+    light: AbstractLight,
+    ray: Ray,
+    at: Arrival,
+    departure: Departure,
+    distance,
+    blocks,
+    sees,
+    parts,
+    needed,
+):
+    """The same with meshes, whose outlines run along their sides; those before a ball of light hide it whole."""
+    if not tables.shapes.sides or _is_soft(plan, light):
+        return sees, parts
+    beam = stage(needed, lambda *a: light_footprint(light, *a), ray.origin, at.beam.footprint)
+    way = before(distance)
+    sees, side = shaded_side(tables.shapes, ray, beam, departure, way, blocks, sees, parts[0], needed)
+    return sees, (side, *parts[1:])
 
 
 def _in_part(

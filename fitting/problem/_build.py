@@ -61,7 +61,7 @@ def build(
     plain, nameless = nameless_scene(scene, called), nameless_unknowns(unknowns, called, cut_off)
     burning = [None if t.shot.lights is None else [called["light"][name] for name in t.shot.lights] for t in targets]
     seen = sights(plain, [called["camera"][t.camera] for t in targets], burning, nameless)
-    marks = [marks_of(scene, plan.at_work) for plan in plans]
+    marks = [marks_of(scene, plan.at_work, outlines=plan.footprint > 0) for plan in plans]
     views = tuple(
         replace(
             view_of(sight, t.image, weight, places, 1 / max(footprint, 1), plan.program, mark),

@@ -67,7 +67,7 @@ class MapView:
         self.weight = np.broadcast_to(np.sqrt(target.mask)[..., None] / noise, target.image.shape)
         self.target = np.asarray(target.image, np.float64)
         self.name = target.name
-        marks = marks_of(bare, plan.at_work)
+        marks = marks_of(bare, plan.at_work, outlines=plan.footprint > 0)
         middle = jnp.full(2, 0.5, bare.dtype)
         plain = changed(shot, name="", camera=None, picture=None, mask=None, encoding=None, noise=None, filter=None,
                         lights=None)  # fmt: skip
