@@ -201,6 +201,9 @@ REFUSED = {
         dw.Scene(objects=[dw.Plane("p", (0, 1, 0), 0, "m")], materials={"m": dw.Material()})
     ),
     "there is no object": lambda: dw.radiosity(dw.Scene(objects=[], materials={})),
+    "object 'floor': velocity": lambda: dw.radiosity(
+        dw.Scene(objects=[square("floor", 0).moving((1, 0, 0))], materials={"white": dw.Material()})
+    ),
     "'white': k_d = 1.2": lambda: dw.radiosity(room(white=1.2)),
     "object 'block': its place or shape is traced": lambda: jax.grad(
         lambda x: dw.radiosity(dw.replace_parameter(room(), "object.block.minimum.x", x)).radiosity.sum()

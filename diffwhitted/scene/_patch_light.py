@@ -124,6 +124,10 @@ def check_for_patches(scene: Scene) -> None:
         raise SceneError(
             "scene: distance_fade beside radiosity, whose light does not fade on its way; leave one of them out"
         )
+    if moving := next((thing for thing in scene.objects if thing.velocity is not None), None):
+        raise SceneError(
+            f"object {moving.name!r}: velocity with radiosity, whose patches stand still; leave one of them out"
+        )
     for name in {thing.material for thing in scene.objects}:
         material = scene.materials[name]
         k_d = material.values["k_d"]
