@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 from . import display as display
 from ._errors import CapacityError, FarFromOrigin, InputError, SceneError
 from ._lazily import lazily
+from ._radiosity import PatchLight, radiosity
 from ._render import plan, render
 from .accuracy import KNOBS, Choice, Knob, Measured, Settings, choose, measure
 from .cost import Explanation, RayMaps, explain, ray_maps
@@ -111,6 +112,7 @@ __all__ = [
     "Parameter",
     "Plan",
     "Patch",
+    "PatchLight",
     "Plane",
     "PointLight",
     "Polygon",
@@ -142,6 +144,7 @@ __all__ = [
     "parameters",
     "parse_scene",
     "plan",
+    "radiosity",
     "ray_maps",
     "read_cameras",
     "read_image",

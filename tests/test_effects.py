@@ -47,6 +47,9 @@ class Variant:
     """Keys of the camera that blur."""
     speed: float | None = None
     """Of the ball, straight ahead, m/s."""
+    walled: bool = False
+    """The ground has an end."""
+    radiosity: bool = False
     unseen: str | None = None
     """The shading of a mesh behind the camera."""
     scene: dw.Scene = field(init=False, compare=False)
@@ -64,7 +67,9 @@ class Variant:
             dw.Scene(
                 objects=[
                     dw.Sphere("ball", (0, 0, 0), self.radius, "paint").moving(self.speed and (self.speed, 0, 0)),
-                    dw.Plane("ground", (0, 1, 0), -1, "plain"),
+                    dw.Polygon("ground", GROUND, "plain")
+                    if self.walled
+                    else dw.Plane("ground", (0, 1, 0), -1, "plain"),
                     *[dw.Sphere("twin", (0, 0, 0), self.radius, "paint")] * self.twin,
                     *[dw.Mesh("unseen", BEHIND, [[0, 1, 2]], "plain", shading=self.unseen)] * bool(self.unseen),
                 ],
@@ -82,6 +87,7 @@ class Variant:
                 shadows=self.shadows,
                 ambient=dw.Hemisphere((1, 1, 1), (1, 1, 1)) if self.sky else 1.0,
                 distance_fade=self.fade,
+                radiosity={"patches": 20} if self.radiosity else None,
                 max_depth=3,
                 footprint=self.footprint,
                 cutoff=self.cutoff,
@@ -97,6 +103,7 @@ class Variant:
         return make_plan(self.scene, self.camera, free=self.free)
 
 
+GROUND = [(-9, -1, -9), (-9, -1, 9), (9, -1, 9), (9, -1, -9)]
 BARE = Variant()
 UNLIT = Variant(ball=(("k_a", 0.5), ("k_h", 0.0)), floor=(("k_a", 0.3), ("k_h", 0.0)))
 ROOM = Variant(
@@ -108,6 +115,7 @@ SHINY = Variant(free=("paint.k_h",))
 UNSEEN = Variant(radius=1e-6, free=("paint.k_s",))  # the ball is between two pixels, whatever it is made of
 SHADED = Variant(free=("paint.k_t",), shadows="opaque")
 SMOOTH = Variant(unseen="phong")
+WALLED = Variant(ball=(("k_h", 0.0),), floor=(("k_h", 0.0),), walled=True)
 
 PAIRS = {
     "ambient": (BARE, Variant(free=("paint.k_a",))),
@@ -122,6 +130,8 @@ PAIRS = {
         dataclasses.replace(UNLIT, surrounded=True),
         dataclasses.replace(UNLIT, surrounded=True, free=("paint.k_h",)),
     ),
+    "radiosity": (WALLED, dataclasses.replace(WALLED, radiosity=True, free=("paint.k_d",))),
+    "emission": (UNSEEN, dataclasses.replace(UNSEEN, ball=(*BARE.ball, ("emission", 1.0)))),
     "polished": (UNSEEN, Variant(ball=(("class", "polished"), ("k_d", 0.5)), radius=1e-6)),
     "fresnel_highlight": (
         SHINY,
@@ -266,7 +276,7 @@ def everything():
 
 OF_OTHERS = (
     "environment", "environment_highlight", "polished", "fresnel_highlight", "fresnel_exact", "fresnel_schlick",
-    "fresnel_metal", "absorption", "dispersion", "gloss", "wrinkles", "lens", "motion",
+    "fresnel_metal", "absorption", "dispersion", "gloss", "wrinkles", "lens", "motion", "radiosity", "emission",
 )  # fmt: skip
 """What scenes of other backgrounds and classes of materials call for."""
 

@@ -95,8 +95,8 @@ def glass_in_water():
     )
 
 
-OWN = {"abbe_number", "roughness", "height_scale"}
-"""Have files of their own: `test_dispersion`, `test_gloss`, `test_wrinkles`."""
+OWN = {"abbe_number", "roughness", "height_scale", "emission"}
+"""Have files of their own: `test_dispersion`, `test_gloss`, `test_wrinkles`, `test_radiosity_pictures`."""
 SCENES = {"glass over tiles": glass_over_tiles, "glass in water": glass_in_water}
 
 STEP = {"phong_exponent": 1e-3, "refractive_index": 1e-6}

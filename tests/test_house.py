@@ -35,6 +35,7 @@ LAYERS = (
     "diffwhitted.geometry",
     "diffwhitted.records",
     "diffwhitted.shapes",
+    "diffwhitted.interreflection",
     "diffwhitted.scene",
     "diffwhitted.illumination",
     "diffwhitted.tree",
@@ -44,6 +45,7 @@ LAYERS = (
     "diffwhitted.cost",
     "diffwhitted.accuracy",
     "diffwhitted._render",
+    "diffwhitted._radiosity",
     "diffwhitted.standard",
     "diffwhitted.formats",
     "diffwhitted",
@@ -146,11 +148,11 @@ PUBLIC = {
     "diffwhitted": """
         Antialiased Bounded Box COEFFICIENTS Camera CapacityError Checker Choice Cone ConstantBackground
         Cylinder Derivative Dimples DirectionalLight Disc Effects EnvironmentBackground Explanation FarFromOrigin
-        GradientBackground HarmonicBackground Hemisphere ImageTexture InputError KNOBS Knob Layers Material
+        GradientBackground HarmonicBackground Hemisphere ImageTexture InputError KNOBS Knob Layers Material PatchLight
         Measured Mesh Noise OrthographicCamera Parameter Patch Plan Plane PointLight Polygon Polyhedron Quadric RayMaps
         RectangleLight Scene SceneError Settings Shot Sphere SphereLight SphereSet SpotLight Torus WarnLight Waves
         antialias choose coefficient_value decide_effects derivative explain layers load_scene measure
-        parameter_value parameters parse_scene plan ray_maps read_cameras read_image render render_with_bound
+        parameter_value parameters parse_scene plan radiosity ray_maps read_cameras read_image render render_with_bound
         replace_coefficient replace_parameter save_scene scene_schema standard_scene write_image
     """,
     "fitting": """

@@ -427,6 +427,7 @@ def limited_keys():
     # Tested with shots, environments, dispersion, wrinkles.
     for other in ("NoiseEntry", "EnvironmentEntry", "DispersionTable", "Noise_textureEntry", "DimplesEntry"):
         models.pop(other)
+    models.pop("RadiosityTable")  # In a file of its own.
     models["MaterialEntry"]["properties"].pop("height_scale")  # Likewise.
     for name, model in models.items():
         for key, field in model["properties"].items():

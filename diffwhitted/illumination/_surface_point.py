@@ -57,6 +57,8 @@ class SurfacePoint(eqx.Module):
     """What effects leave of light on its way from here to where the ray came from; None: all of it."""
     surroundings: Surroundings | None = None
     """What lights all points from far around; None where nothing does or it is not asked for."""
+    gathered: Vec3 | None = None
+    """H / pi, of the light that arrives from diffuse surfaces; None where it is not asked for."""
     mean_radicand: Float[Array, "n"] | None = None
     """Of cos_r**2 over the part of a pixel that lies before the rim of total reflection; None: that of the point."""
 

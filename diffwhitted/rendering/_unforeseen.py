@@ -52,6 +52,7 @@ def _called_for(scene: Scene, plan: Plan, camera: AbstractCamera | None) -> dict
         for counted in (objects_of, solids_of)
     )
     deep, lit = plan.max_depth > 1, bool(scene.lights)
+    between = scene.radiosity is not None
     surrounded = scene.background.lights_surfaces
     added: dict[str, Bool[Array, ""] | bool] = {
         row.name: _any(m.values[name] for m in used for name in row.coefficients)
@@ -60,7 +61,8 @@ def _called_for(scene: Scene, plan: Plan, camera: AbstractCamera | None) -> dict
     }
     return added | {
         "absorption": reduce(jnp.logical_or, map(_absorbs, used), jnp.bool_(False)) & deep,
-        "ambient": _any(m.at_work("k_a") for m in used) & _positive(most_ambient(scene.ambient)),
+        "ambient": _any(m.at_work("k_a") for m in used) & _positive(most_ambient(scene.ambient)) & (not between),
+        "radiosity": _any(m.k_d for m in used) & between,
         "diffuse": _any(m.k_d for m in used) & lit,
         "highlight": _any(m.highlight_coefficient() for m in used if m.highlight != "off") & lit,
         "environment": _any(m.k_d for m in used) & surrounded,

@@ -40,17 +40,18 @@ class MaterialClass:
 
 CLASSES: tuple[MaterialClass, ...] = (
     MaterialClass("whitted", "all coefficients as they are given", None),
-    MaterialClass("diffuse", "k_h = k_s = k_t = 0", ("k_a", "k_d", "height_scale"), fresnel=("off",)),
+    MaterialClass("diffuse", "k_h = k_s = k_t = 0", ("k_a", "k_d", "height_scale", "emission"), fresnel=("off",)),
     MaterialClass("metal", "k_d = k_t = 0; k_s is the reflectance at normal incidence, and k_h where none is given",
-                  ("k_s", "k_h", "phong_exponent", "roughness", "height_scale"), fresnel=("schlick", "off")),
+                  ("k_s", "k_h", "phong_exponent", "roughness", "height_scale", "emission"),
+                  fresnel=("schlick", "off")),
     MaterialClass("dielectric", "k_s F along the mirror ray and k_t (1 - k_s F) along the transmitted one",
                   ("k_s", "k_t", "k_h", "phong_exponent", "refractive_index", "abbe_number", "extinction",
-                   "roughness", "height_scale"),
+                   "roughness", "height_scale", "emission"),
                   defaults={"k_s": 1.0, "k_t": 1.0, "refractive_index": GLASS_INDEX},
                   fresnel=("exact", "schlick", "off")),
     MaterialClass("polished", "a matte surface of reflectance k_d under a smooth coat", (
-                  "k_d", "k_h", "phong_exponent", "refractive_index", "roughness", "height_scale"), fixed={"k_s": 1.0},
-                  defaults={"k_h": 0.0, "refractive_index": GLASS_INDEX}, follows={"k_a": "k_d"},
+                  "k_d", "k_h", "phong_exponent", "refractive_index", "roughness", "height_scale", "emission"),
+                  fixed={"k_s": 1.0}, defaults={"k_h": 0.0, "refractive_index": GLASS_INDEX}, follows={"k_a": "k_d"},
                   fresnel=("schlick",)),
 )  # fmt: skip
 """The classes that there are, the default first."""

@@ -38,10 +38,13 @@ COEFFICIENTS: tuple[Row, ...] = (
     Row("height_scale", "number", "height of a height_texture where it is 1", unit="m", symbol="h", default=0.0,
         lowest=0.0, highest=inf, fit_bounds=(0.0, 1.0), moves="rays", source="Blinn 1978",
         below="For dents in place of bumps exchange the two colours of the texture"),
+    Row("emission", "number or colour", "radiance that the surface sends out of its own, alike to all sides",
+        symbol="L_e", default=0.0, lowest=0.0, highest=inf, fit_bounds=(0.0, 1000.0),
+        source="Hearn and Baker (14-74)"),
 )  # fmt: skip
 """The coefficients that the package has."""
 
-SWITCHED: tuple[str, ...] = ("abbe_number", "roughness", "height_scale")
+SWITCHED: tuple[str, ...] = ("abbe_number", "roughness", "height_scale", "emission")
 """Those that a material has only where one is stated that is not zero: scenes that state none are to cost what they
 did."""
 

@@ -191,7 +191,7 @@ CHOICES: Mapping[str, tuple[tuple, Callable[[Material], Any]]] = {
 
 
 def _stated(value) -> bool:
-    return is_traced(value) or bool(value != 0)
+    return is_traced(value) or bool(np.any(value != 0))
 
 
 def textured_rows():

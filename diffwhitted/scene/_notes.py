@@ -134,7 +134,8 @@ def _large_shares(materials: Mapping[str, Material]) -> Iterator[str]:
     for name, material in materials.items():
         for row in coefficients():
             value = material.values[row.name]
-            if row.coloured and value is not None and not is_traced(value) and np.max(value) > MOST_SENT_BACK:
+            share = row.coloured and row.name != "emission"
+            if share and value is not None and not is_traced(value) and np.max(value) > MOST_SENT_BACK:
                 yield (
                     f"material {name!r}: {row.name} = {listed(value)} sends on more light than arrives; a share is "
                     f"mostly from 0 to 1, and {CODES}"

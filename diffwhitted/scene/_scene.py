@@ -14,6 +14,7 @@ from .._errors import FarFromOrigin, SceneError
 from ..records import Row, changed, in_dtype, nearest_name, number_array, require, whole_number
 from ..shapes import OBJECTS, AbstractObject, has_pose
 from ._hemisphere import Ambient, Hemisphere
+from ._interreflection import Interreflection
 from ._material import Material
 from ._notes import give_notes
 from ._relief import check_relief
@@ -44,7 +45,8 @@ class Scene(eqx.Module):
     whose rays know their share of it, so that edges are averaged over the pixel; 0 traces points. A branch
     that would carry less than `cutoff` in all channels is not followed; 0 follows every branch. `ambient` is linear
     RGB, or a `Hemisphere`. `distance_fade` = (a, b) multiplies the light along a ray of length d from a surface to
-    another, or to the camera, by max(0, a + b d).
+    another, or to the camera, by max(0, a + b d). `radiosity` = {"patches": 500, "solver":
+    "progressive"} puts the light that diffuse surfaces send to each other in the place of ambient light.
     """
 
     objects: tuple[AbstractObject, ...]
@@ -57,6 +59,8 @@ class Scene(eqx.Module):
     """Pictures of it that a fit looks at; rendering does not read them."""
     ambient: Ambient
     distance_fade: Float[Array, "2"] | None
+    radiosity: Interreflection | None = eqx.field(static=True)
+    """Light between diffuse surfaces in place of the ambient light; None: there is none."""
     cutoff: Float[Array, ""]
     max_depth: int = eqx.field(static=True)
     total_internal_reflection: TotalReflection = eqx.field(static=True)
@@ -91,6 +95,7 @@ class Scene(eqx.Module):
         cutoff: float = 0.0,
         precision: Precision = "float32",
         distance_fade=None,
+        radiosity=None,
     ):
         dtype = float_dtype(precision)
         background = ConstantBackground((0.0, 0.0, 0.0)) if background is None else background
@@ -114,6 +119,7 @@ class Scene(eqx.Module):
             require(lambda a: (a >= 0).all(), "scene", "ambient", ambient, ">= 0")
         self.ambient = cast(ambient)
         self.distance_fade = None if distance_fade is None else cast(_fade(distance_fade))
+        self.radiosity = Interreflection.read(radiosity)
         self.cutoff = cast(_cutoff(cutoff))
         self.max_depth, self.shadows, self.footprint = max_depth, shadows, footprint
         self.bands, self.seed = _bands(bands), whole_number(seed, "scene: seed", 0, LARGEST_SEED)
@@ -159,6 +165,10 @@ class Scene(eqx.Module):
                 )
         _no_twins("shot", [shot.name for shot in self.shots])
         for shot in self.shots:
+            if self.radiosity is not None and shot.lights is not None:
+                raise SceneError(
+                    f"shot {shot.name!r}: lights with radiosity, whose patches are lit by all lamps; leave one out"
+                )
             shot.check(self.cameras, [light.name or "" for light in self.lights])
         seen = set()
         for thing in self.objects:

@@ -24,6 +24,9 @@ from ._dispersion import departures
 from ._hemisphere import Hemisphere
 from ._material import CHOICES, Material, textured_rows
 from ._motion import Motion, motion_of
+from ._patch_light import Lightmap, lightmap, patches_asked_for
+from ._patch_tables import PatchTables
+from ._rank import ranked
 from ._relief import RELIEFS, Relief
 from ._scene import Scene
 from ._search import Known, Meeting, known_boxes, meetings_of, shapes_of
@@ -44,6 +47,8 @@ class Marks(eqx.Module):
     """For each family of shapes, the objects that may be transparent solids, -1 in the room to spare."""
     sheets: Sheets | None = None
     """The surfaces that lie in one place, where that is looked at."""
+    patches: PatchTables | None = None
+    """Form factors, which are made of known geometry; None without radiosity."""
     boxes: tuple[Known | None, ...] = ()
     """For each family of shapes that is searched by a tree, the tree and the geometry that it was made of."""
     meetings: tuple[Meeting | None, ...] = ()
@@ -71,6 +76,8 @@ class Tables(eqx.Module):
     surroundings: Surroundings | None
     """How the background lights surfaces; None where it does not."""
     ambient: Vec3 | Hemisphere
+    lightmap: Lightmap | None
+    """Light between diffuse surfaces; None where the scene has none."""
     distance_fade: Float[Array, "2"] | None
     cutoff: Float[Array, ""]
     mirrors: Bool[Array, "materials"]
@@ -157,6 +164,7 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
             jnp.asarray, scene.background.surroundings(np.asarray([m.is_shiny for m in materials], bool))
         ),
         ambient=_ambient(scene),
+        lightmap=lightmap(scene, marks.patches),
         distance_fade=None if scene.distance_fade is None else jnp.asarray(scene.distance_fade),
         cutoff=jnp.asarray(scene.cutoff),
         mirrors=marks.wanted["k_s"] | _some(table["k_s"]),
@@ -164,8 +172,8 @@ def tabulate(scene: Scene, marks: Marks | None = None) -> Tables:
         clear=_some(table["k_t"], gt),
         glass_of=shapes.by_surface(place_in_glass[material_of]),
         shading=_shading(objects),
-        rank=_ranked(objects),
-        marks=changed(marks, boxes=(), meetings=()),
+        rank=ranked(objects),
+        marks=changed(marks, boxes=(), meetings=(), patches=None),
         departures=_departures(scene, materials),
         seed=jnp.int32(scene.seed),
         motion=motion_of(objects, scene.dtype),
@@ -240,6 +248,7 @@ def marks_of(
         {"k_s": wanted("k_s"), "k_t": wanted("k_t")},
         _with_room(np.flatnonzero(clear)),
         tuple(solids),
+        patches=patches_asked_for(scene),
         boxes=known_boxes(objects) if searched else (),
         meetings=meetings_of(objects, searched) if outlines else (),
         sheets=sheets_of(objects, shared, {thing.name for thing in objects if thing.material in clear_names}),
@@ -282,15 +291,6 @@ def _some(coefficient: Vec3 | Float[Array, "materials"], than: Callable = ne) ->
     """Is any channel other than zero, or greater (`gt`)?"""
     channels = (coefficient.x, coefficient.y, coefficient.z) if isinstance(coefficient, Vec3) else (coefficient,)
     return reduce(or_, (than(channel, 0) for channel in channels))
-
-
-def _ranked(objects) -> Int[Array, "objects"]:
-    """The place of each object in the order of size; of two of one size the later one comes first."""
-    if not objects:
-        return jnp.zeros(0, jnp.int32)
-    size = stacked([type(thing).size(thing) for thing in objects])  # a bound method takes long to make
-    order = jnp.lexsort((-jnp.arange(len(objects)), size))
-    return jnp.zeros(len(objects), jnp.int32).at[order].set(jnp.arange(len(objects), dtype=jnp.int32))
 
 
 def _with_room(numbers) -> Int[Array, "room"]:

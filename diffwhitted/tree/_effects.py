@@ -30,10 +30,12 @@ from ._light_effects import (
     most_left,
 )  # fmt: skip
 from ._material_effects import by_phong, most_of_metal, most_when_polished
+from ._patches import brightest_of_patches, sent_back_of_patches, sent_out, sent_out_at_most
 from ._reasons import (
     Reason,
     absorbing,
     at_rest,
+    between_surfaces,
     caster,
     coated,
     dark,
@@ -46,6 +48,7 @@ from ._reasons import (
     no_ambient,
     no_light_around,
     no_shadows,
+    not_between_surfaces,
     not_tinted,
     one_band,
     rough,
@@ -127,8 +130,12 @@ EFFECTS: tuple[Effect, ...] = (
            adds=sent_back_diffusely, brightest=brightest_of("k_d")),
     Effect("environment_highlight", shiny, "no object states a k_h > 0", forbidden=no_light_around,
            adds=sent_back_in_highlight, brightest=brightest_of("k_h")),
+    Effect("radiosity", between_surfaces, "no object has k_d > 0", forbidden=not_between_surfaces,
+           adds=sent_back_of_patches, brightest=brightest_of_patches, without=lambda s: changed(s, radiosity=None)),
+    Effect("emission", with_coefficient("emission"), "no object has emission > 0", coefficients=("emission",),
+           adds=sent_out, brightest=sent_out_at_most),
     Effect("polished", coated, "no object is polished",
-           (("ambient", "diffuse", "environment"), "no light is looked at"),
+           (("ambient", "diffuse", "environment", "radiosity"), "no light is looked at"),
            at_points=polished, at_lights=polished_towards, models=("polished",), indices=True, most=most_when_polished),
     Effect("fresnel_highlight", weighed_highlight, "no material has fresnel_highlight",
            (("highlight",), "no highlight is looked at"), at_lights=fresnel_highlight,

@@ -25,10 +25,14 @@ def idle(
             return _coefficient(scene, parameter.owner, parameter.row.name, free, max_depth or scene.max_depth)
         case "light":
             return _light(scene, parameter, free)
+        case "object" if scene.radiosity is not None:
+            return "form factors of radiosity are made of known places and shapes; leave radiosity out, or fix it"
         case "texture":
             return _texture(scene, parameter.owner, free)
         case "camera" if cameras is not None and parameter.owner not in cameras:
             return f"camera {parameter.owner!r} takes none of the pictures"
+        case "scene" if frees_ambient([parameter.name]) and scene.radiosity is not None:
+            return "radiosity stands in the place of ambient light; leave one of them out"
         case "scene" if frees_ambient([parameter.name]) and not _used(scene, ("k_a",), free):
             return "no object has k_a > 0; give one a value or free it too"
     return None
@@ -44,6 +48,10 @@ def _coefficient(scene: Scene, material: str, coefficient: str, free: Collection
     if not any(o.material == material for o in scene.objects):
         return f"no object is made of {material!r}"
     surrounded = scene.background.lights_surfaces
+    if coefficient == "k_a" and scene.radiosity is not None:
+        return "radiosity stands in the place of ambient light; leave radiosity out, or fix k_a"
+    if coefficient == "k_d" and scene.radiosity is not None and _used(scene, ("emission",), free):
+        return None
     if coefficient in ("k_d", "k_h", "phong_exponent") and not scene.lights and not surrounded:
         return "the scene has no light; add a [[light]]"
     if coefficient == "phong_exponent" and not scene.lights and record.k_h is None and f"{material}.k_h" not in free:

@@ -35,12 +35,15 @@ def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed
     highlight = "k_h", "phong_exponent"
     named = {
         "ambient": ("k_a",), "diffuse": ("k_d",), "highlight": highlight, "environment": ("k_d",),
-        "environment_highlight": highlight,
+        "environment_highlight": highlight, "radiosity": ("k_d",),
     }  # fmt: skip
     names = [name for effect, some in named.items() if effect in effects for name in some]
     point = made_of(tables, plan, at, needed, (*names, *(name for row in adding for name in row.coefficients)))
     if effects.environment or effects.environment_highlight:
         point = replace(point, surroundings=tables.surroundings)
+    if effects.radiosity and tables.lightmap is not None:
+        found = stage(needed, tables.lightmap.at, at.primitive, nodes.crossing, at.entering, at.point)
+        point = replace(point, gathered=found)
     for row in effect_rows():
         if row.at_points is not None and row.name in effects:
             point = replace(point, coefficients=point.coefficients | row.at_points(point))
@@ -54,7 +57,7 @@ def local_radiance(tables: Tables, plan: Plan, nodes: Nodes, at: Arrival, needed
         )
     for row in adding:
         radiance = radiance + row.adds(point)
-    point = replace(point, surroundings=None)
+    point = replace(point, surroundings=None, gathered=None)
     radiance = _of_lights(tables, plan, nodes, at, point, radiance, needed) if effects.lighting else radiance
     return radiance if point.left is None else radiance * point.left
 

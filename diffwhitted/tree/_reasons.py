@@ -36,7 +36,18 @@ def flat(asked: Asked) -> str | None:
     return None if asked.depth > 1 else "max_depth = 1: camera rays only"
 
 
+def between_surfaces(asked: Asked) -> str | None:
+    reason = asked.first_with("k_d")
+    return None if asked.scene.radiosity is None or reason is None else f"radiosity, {reason}"
+
+
+def not_between_surfaces(asked: Asked) -> str | None:
+    return "no radiosity" if asked.scene.radiosity is None else None
+
+
 def no_ambient(asked: Asked) -> str | None:
+    if asked.scene.radiosity is not None:
+        return "radiosity stands in its place"
     ambient = most_ambient(asked.scene.ambient)
     if frees_ambient(asked.free):
         return None

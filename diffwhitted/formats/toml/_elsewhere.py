@@ -55,7 +55,7 @@ MATERIALS = {
     "Ka": ("k_a", "MTL's Ka is k_a here"),
     "Kd": ("k_d", "MTL's Kd is k_d here"),
     "Ks": ("k_h", "MTL's Ks is the highlight, k_h here (k_s is the mirror)"),
-    "Ke": (None, "MTL's Ke is light of its own, which no surface gives here; a lamp is a [[light]]"),
+    "Ke": ("emission", "MTL's Ke is emission here"),
     "Ns": ("phong_exponent", "MTL's Ns is phong_exponent here"),
     "Ni": ("refractive_index", "MTL's Ni is refractive_index here"),
     "d": ("k_t", "MTL's d is the opacity; here k_t = 1 - d is the share of light that passes"),

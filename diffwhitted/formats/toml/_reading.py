@@ -17,6 +17,7 @@ from ...scene.backgrounds import ConstantBackground, EnvironmentBackground, Grad
 from ..cameras import read_cameras
 from ._entries import Entry, written
 from ._faults import faults_of, ordinal, place, scene_error, shown
+from ._radiosity import plain_radiosity
 from ._schema import GradientTable, models
 from ._shots import joined, relative
 from ._textures import located, named_from
@@ -62,6 +63,7 @@ def scene_text(scene: Scene, *, source: str = "scene", folder: Path | None = Non
             scene,
             background=_plain_background(named_from(scene.background, folder)),
             ambient=_plain_ambient(scene.ambient),
+            radiosity=plain_radiosity(scene.radiosity),
         ),
         "camera": [_plain_camera(name, camera) for name, camera in scene.cameras.items()],
         "light": [
@@ -196,6 +198,8 @@ def _settings(settings: Entry, dtype, folder: Path | None, known: Scene | None) 
     rest = {key: settings.value(key, "scene", dtype) for key in type(settings).model_fields if key != "background"}
     if isinstance(settings.ambient, Entry):
         rest["ambient"] = settings.ambient.record("scene: ambient", dtype)
+    if settings.radiosity is not None:
+        rest["radiosity"] = settings.radiosity.as_read()
     return dict(background=_background(settings, dtype, folder, known), **rest)
 
 

@@ -37,6 +37,7 @@ from ...scene import (
 from ._cameras import cameras, one_camera
 from ._entries import Entry, MaterialEntry, ObjectEntry, entries, entry
 from ._keys import KEYS, Colour, MaterialName, Name, ObjectName, key, listed, number, optional
+from ._radiosity import RadiosityTable
 from ._shots import ShotTable, shot_fields
 from ._textures import BACKGROUND_TABLES, TABLES
 
@@ -206,6 +207,8 @@ def _settings(background) -> type[Entry]:
         ambient=(_ambient(), Field([1.0, 1.0, 1.0], description=(
             "Ambient light I_a, linear RGB, or { sky, ground, up } by the way that a surface faces; multiplies k_a."))),
         distance_fade=(listed(number(), 2, 2), optional(DISTANCE_FADE.meaning)),
+        radiosity=(RadiosityTable, optional(
+            "Light between diffuse surfaces in place of the ambient light: { patches = 500 }.")),
         max_depth=(int, Field(5, json_schema_extra=depth, description=(
             "Longest path from the camera; the camera ray is depth 1, a ray past the last depth returns black."))),
         total_internal_reflection=(TotalReflection, Field("full", description=(
