@@ -3,6 +3,7 @@
 # make quick       the tests that are not slow: a minute and a half, for while one works
 # make check       format, lint and types
 # make docs        the documentation, in site/index.html
+# make gallery     the pictures of the gallery, anew
 # make benchmark   measure speed and memory against the stated targets
 
 VENV := .venv
@@ -11,7 +12,7 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python3.14; 
 READY := $(VENV)/ready
 PAGES := $(VENV)/pages
 
-.PHONY: demo test quick check docs benchmark clean
+.PHONY: demo test quick check docs gallery benchmark clean
 
 demo: $(READY)
 	@$(VENV)/bin/diffwhitted fit examples/three_spheres.toml --target examples/three_spheres_antialiased.exr \
@@ -33,6 +34,9 @@ docs: $(PAGES)
 	$(VENV)/bin/python docs/generated.py
 	$(VENV)/bin/zensical build --strict
 	@echo "site/index.html"
+
+gallery: $(READY)
+	$(VENV)/bin/python docs/make_gallery.py
 
 benchmark: $(READY)
 	$(VENV)/bin/python -m benchmarks

@@ -26,6 +26,7 @@ AROUND = 64.0
 
 
 WIDE = 0.1
+"""A footprint that reaches further than this share of what the meshes of a family span has no outline."""
 
 
 class Found(eqx.Module):
