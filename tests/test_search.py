@@ -267,8 +267,8 @@ class Counting:
         return self.array[at]
 
 
-@pytest.mark.parametrize("kind", ["sphere", "triangle"])
-def test_the_machine_code_tests_the_same_boxes_and_surfaces(kind):
+@pytest.mark.parametrize(("kind", "width"), [("sphere", 4), ("triangle", 9)])
+def test_the_machine_code_tests_the_same_boxes_and_surfaces(kind, width):
     """Its own lines in Python, on arrays that count: six numbers of a box are read, and a leaf for a surface."""
     machine = pytest.importorskip("diffwhitted.geometry._machine")
     family = spheres(np.float64, 300) if kind == "sphere" else triangles(np.float64, 2)
@@ -284,7 +284,6 @@ def test_the_machine_code_tests_the_same_boxes_and_surfaces(kind):
     for found, mode, far in zip(ours, (0, 1), (np.full(count, np.inf), limit), strict=True):
         for k in range(count):
             rows, leaf = Counting(np.asarray(boxes.rows)), Counting(np.asarray(boxes.leaf))
-            width = machine.KINDS[kind][1]
             machine._follow.py_func(
                 kind == "sphere", width, mode, rows, leaf, np.asarray(boxes.members), flags, *origin[k], *direction[k],
                 far[k], -1, False, nothing, k, count,
