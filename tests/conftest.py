@@ -67,6 +67,12 @@ SLOW = (
     "test_parameters",
     "test_real_pictures",
     "test_codes",
+    "test_mesh_outlines",
+    "test_mesh_shading",
+    "test_lens",
+    "test_motion",
+    "test_wrinkles",
+    "test_radiosity",
 )
 """Files that compile for long: `make quick` leaves them out. The longest are begun first, so that no worker is left
 with one at the end.

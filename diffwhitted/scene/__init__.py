@@ -20,7 +20,7 @@ from ..shapes import (
     Torus,
 )
 from ._classes import CLASS_NAMES, CLASSES, FresnelModel
-from ._coefficients import BY_NAME, COEFFICIENTS, coefficients, including_coefficient
+from ._coefficients import BY_NAME, COEFFICIENTS, SWITCHED, coefficients, including_coefficient
 from ._hemisphere import Ambient, Hemisphere, most_ambient
 from ._interreflection import Interreflection
 from ._material import (
@@ -76,9 +76,9 @@ __all__ = [
     "Interreflection", "LIGHTS", "Lightmap", "MOST_BLUR_SAMPLES", "MOST_ROUGHNESS_SAMPLES", "MOST_SAMPLES", "Marks",
     "Material", "Mesh", "Noise", "OBJECTS", "OrthographicCamera", "POSE", "Parameter", "Patch", "PixelFilter", "Plane",
     "PointLight", "Polygon", "Polyhedron", "Precision", "Quadric", "RELIEFS", "ROUGHNESS_SAMPLES", "RectangleLight",
-    "Row", "Scene", "ShadowModel", "Sheet", "Shot", "Sphere", "SphereLight", "SphereSet", "SpotLight", "TEXTS",
-    "TEXTURES", "Tables", "TexturePoint", "Torus", "TotalReflection", "VIEW", "WITHOUT_NAME", "WarnLight", "Waves",
-    "brightest_patch", "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter",
+    "Row", "Scene", "ShadowModel", "Sheet", "Shot", "Sphere", "SphereLight", "SphereSet", "SWITCHED", "SpotLight",
+    "TEXTS", "TEXTURES", "Tables", "TexturePoint", "Torus", "TotalReflection", "VIEW", "WITHOUT_NAME", "WarnLight",
+    "Waves", "brightest_patch", "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter",
     "float_dtype", "from_middle", "highest_coat", "including_coefficient", "is_traced", "maps", "marks_of",
     "material_names", "most_ambient", "near", "nearest_name", "numbered_objects", "parameter_value", "parameters",
     "patch_light", "patches_in", "replace_coefficient", "replace_parameter", "shared_sheets", "shortest",

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from .._errors import SceneError
-from ..scene import AbstractCamera, Material, Scene, Sheet, is_traced, shared_sheets
+from ..scene import SWITCHED, AbstractCamera, Material, Scene, Sheet, is_traced, shared_sheets
 from ..shapes import AbstractObject
 
 
@@ -87,6 +87,8 @@ def calls_for(scene: Scene, material: str, coefficient: str, free: Collection[st
 def _reason(record: Material, material: str, coefficient: str, source: str, free: Collection[str]) -> str | None:
     """`calls_for`, for a coefficient whose value is that of another one, its source."""
     if coefficient == "k_h" and record.highlight == "off":
+        return None
+    if coefficient in SWITCHED and coefficient not in record.switched:
         return None
     name = f"{material}.{coefficient}"
     if source != coefficient and f"{material}.{source}" in free:
