@@ -78,9 +78,9 @@ __all__ = [
     "PointLight", "Polygon", "Polyhedron", "Precision", "Quadric", "RELIEFS", "ROUGHNESS_SAMPLES", "RectangleLight",
     "Row", "Scene", "ShadowModel", "Sheet", "Shot", "Sphere", "SphereLight", "SphereSet", "SWITCHED", "SpotLight",
     "TEXTS", "TEXTURES", "Tables", "TexturePoint", "Torus", "TotalReflection", "VIEW", "WITHOUT_NAME", "WarnLight",
-    "Waves", "brightest_patch", "check_footprint", "coefficient_value", "coefficients", "depth_number", "find_parameter",
-    "float_dtype", "from_middle", "highest_coat", "including_coefficient", "is_traced", "maps", "marks_of",
-    "material_names", "most_ambient", "near", "nearest_name", "numbered_objects", "parameter_value", "parameters",
-    "patch_light", "patches_in", "replace_coefficient", "replace_parameter", "shared_sheets", "shortest",
+    "Waves", "brightest_patch", "check_footprint", "coefficient_value", "coefficients", "depth_number",
+    "find_parameter", "float_dtype", "from_middle", "highest_coat", "including_coefficient", "is_traced", "maps",
+    "marks_of", "material_names", "most_ambient", "near", "nearest_name", "numbered_objects", "parameter_value",
+    "parameters", "patch_light", "patches_in", "replace_coefficient", "replace_parameter", "shared_sheets", "shortest",
     "tabled_lights", "tabulate", "texture_names", "textured_rows", "whole_number",
 ]  # fmt: skip
