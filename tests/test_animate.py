@@ -9,8 +9,9 @@ from PIL import Image
 import diffwhitted as dw
 from diffwhitted.rendering._frames import Frames
 from fitting.command_line import main
+from fitting.command_line._between import Between
 from fitting.command_line._film_file import Numbered
-from fitting.command_line._keyframes import Between, courses, scene_at, times
+from fitting.command_line._keyframes import courses, scene_at, times
 
 SCENE = """
 [[camera]]

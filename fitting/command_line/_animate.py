@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
+from ._between import Between
 from ._environment import set_up
-from ._keyframes import Between
 from ._options import CameraName, Depth, Footprint, Height, Samples, ScenePath, Width, chosen_camera
 from ._progress import Progress, say
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from diffwhitted import InputError
+
+from ._between import Between
 
 if TYPE_CHECKING:
     from diffwhitted import Scene
@@ -19,13 +20,6 @@ ALLOWED = (
     "NAME=V, or NAME=orbit:360"
 )
 ORBIT = "orbit"
-
-
-class Between(StrEnum):
-    """How numbers go from one keyframe to the next."""
-
-    linear = "linear"
-    smooth = "smooth"
 
 
 @dataclass(frozen=True)
