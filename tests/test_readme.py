@@ -99,6 +99,9 @@ def test_a_block_of_python_runs(code, small, capsys):
     if "shown" in names:
         assert names["shown"].shape == (72, 96, 3) and {*np.unique(names["shown"])} == {0, 1}
         return
+    if "between" in names:
+        assert names["early"].radiosity.shape == names["between"].radiosity.shape == (names["between"].areas.size, 3)
+        return
     assert names["result"].status == "converged"
     assert float(capsys.readouterr().out.split()[0]) == pytest.approx(0.2, abs=1e-3)
     if "slope" in names:
