@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from ._compiled import ANY, COUNT
-from ._machine_calls import buffer, carray, pointer, registered, to_be_done
+from ._machine_calls import argument, registered, result, to_be_done
 from ._machine_sides import side_kernel
 
 
@@ -134,30 +134,14 @@ def _follow(
 @njit(inline="always")
 def _run(round, width, frame, real):
     """All rays of a call."""
-    mode = carray(pointer(buffer(frame, 0, False)[0]), 1, np.int32)[0]
-    address, size = buffer(frame, 1, False)
-    rows = carray(pointer(address), size, real)
-    address, leaves = buffer(frame, 2, False)
-    leaf = carray(pointer(address), leaves, np.int32)
-    members = carray(pointer(buffer(frame, 3, False)[0]), leaves * width, real)
-    address, size = buffer(frame, 4, False)
-    flags = carray(pointer(address), size, np.int32)
-    address, rays = buffer(frame, 5, False)
-    ox = carray(pointer(address), rays, real)
-    oy = carray(pointer(buffer(frame, 6, False)[0]), rays, real)
-    oz = carray(pointer(buffer(frame, 7, False)[0]), rays, real)
-    dx = carray(pointer(buffer(frame, 8, False)[0]), rays, real)
-    dy = carray(pointer(buffer(frame, 9, False)[0]), rays, real)
-    dz = carray(pointer(buffer(frame, 10, False)[0]), rays, real)
-    limit = carray(pointer(buffer(frame, 11, False)[0]), rays, real)
-    skip = carray(pointer(buffer(frame, 12, False)[0]), rays, np.int32)
-    inwards = carray(pointer(buffer(frame, 13, False)[0]), rays, np.uint8)
-    distance = carray(pointer(buffer(frame, 0, True)[0]), rays, real)
-    found = carray(pointer(buffer(frame, 1, True)[0]), rays, np.int32)
-    crossing = carray(pointer(buffer(frame, 2, True)[0]), rays, np.int8)
-    address, size = buffer(frame, 3, True)
-    counts = carray(pointer(address), size, np.int32)
-    for k in range(size):
+    mode, rows, leaf = argument(frame, 0, np.int32)[0], argument(frame, 1, real), argument(frame, 2, np.int32)
+    members, flags = argument(frame, 3, real), argument(frame, 4, np.int32)
+    ox, oy, oz = argument(frame, 5, real), argument(frame, 6, real), argument(frame, 7, real)
+    dx, dy, dz = argument(frame, 8, real), argument(frame, 9, real), argument(frame, 10, real)
+    limit, skip, inwards = argument(frame, 11, real), argument(frame, 12, np.int32), argument(frame, 13, np.uint8)
+    distance, found, crossing = result(frame, 0, real), result(frame, 1, np.int32), result(frame, 2, np.int8)
+    counts, rays = result(frame, 3, np.int32), ox.shape[0]
+    for k in range(counts.shape[0]):
         counts[k] = 0
     for k in range(rays):
         distance[k], found[k], crossing[k] = limit[k], -1, 0

@@ -29,41 +29,55 @@ def _pointer_of(typingctx, address):
     return types.voidptr(types.int64), generated
 
 
-pointer: Any = intrinsic(_pointer_of)
+_pointer: Any = intrinsic(_pointer_of)
 
 
 @njit(inline="always")
-def words(address, count):
-    return carray(pointer(address), count, np.int64)
+def _words(address, count):
+    return carray(_pointer(address), count, np.int64)
 
 
 @njit(inline="always")
-def buffer(frame, number, result):
+def _buffer(frame, number, results):
     """Address and size of an argument or a result of the call."""
-    described = words(words(words(frame, 16)[14 if result else 9], number + 1)[number], 6)
+    described = _words(_words(_words(frame, 16)[14 if results else 9], number + 1)[number], 6)
     rank, size = described[4], 1
     for k in range(rank):
-        size *= words(described[5], rank)[k]
+        size *= _words(described[5], rank)[k]
     return described[3], size
+
+
+@njit(inline="always")
+def argument(frame, number, kind):
+    """An argument of the call, all its numbers in a row."""
+    address, size = _buffer(frame, number, False)
+    return carray(_pointer(address), size, kind)
+
+
+@njit(inline="always")
+def result(frame, number, kind):
+    """A result of the call, to be written."""
+    address, size = _buffer(frame, number, True)
+    return carray(_pointer(address), size, kind)
 
 
 @njit(inline="always")
 def _asked_for_version(frame):
     """XLA asks at first which version of its interface this is: tell it."""
-    extension = words(frame, 16)[1]
+    extension = _words(frame, 16)[1]
     if extension == 0:
         return False
-    described = words(extension, 4)
+    described = _words(extension, 4)
     if (described[1] & 0xFFFFFFFF) != 1:
         return False
-    words(described[3], 5)[3] = 0 | (3 << 32)
+    _words(described[3], 5)[3] = 0 | (3 << 32)
     return True
 
 
 @njit(inline="always")
 def to_be_done(frame):
     """Is it a call with work to do? XLA asks at first which version of its interface this is, and is told."""
-    return not _asked_for_version(frame) and (words(frame, 16)[4] & 0xFFFFFFFF) == EXECUTE
+    return not _asked_for_version(frame) and (_words(frame, 16)[4] & 0xFFFFFFFF) == EXECUTE
 
 
 _CALL = types.int64(types.int64)

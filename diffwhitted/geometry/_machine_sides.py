@@ -3,10 +3,8 @@
 import numpy as np
 from numba import njit
 
-from ._machine_calls import buffer, carray, pointer, to_be_done
-
-BITS, LONG = 29, 4.0
-"""As in `_sides`."""
+from ._machine_calls import argument, result, to_be_done
+from ._sides import LONG
 
 
 @njit(inline="always")
@@ -133,31 +131,15 @@ def _follow(
 @njit(inline="always")
 def _run(frame, real):
     """All rays of a call."""
-    creases = carray(pointer(buffer(frame, 0, False)[0]), 1, np.int32)[0] != 0
-    address, size = buffer(frame, 1, False)
-    rows = carray(pointer(address), size, real)
-    address, leaves = buffer(frame, 2, False)
-    leaf = carray(pointer(address), leaves, np.int32)
-    members = carray(pointer(buffer(frame, 3, False)[0]), leaves * 12, real)
-    address, size = buffer(frame, 4, False)
-    flags = carray(pointer(address), size, np.int32)
-    address, rays = buffer(frame, 5, False)
-    ox = carray(pointer(address), rays, real)
-    oy = carray(pointer(buffer(frame, 6, False)[0]), rays, real)
-    oz = carray(pointer(buffer(frame, 7, False)[0]), rays, real)
-    dx = carray(pointer(buffer(frame, 8, False)[0]), rays, real)
-    dy = carray(pointer(buffer(frame, 9, False)[0]), rays, real)
-    dz = carray(pointer(buffer(frame, 10, False)[0]), rays, real)
-    limit = carray(pointer(buffer(frame, 11, False)[0]), rays, real)
-    skip = carray(pointer(buffer(frame, 12, False)[0]), rays, np.int32)
-    reach = carray(pointer(buffer(frame, 13, False)[0]), rays, real)
-    growth = carray(pointer(buffer(frame, 14, False)[0]), rays, real)
-    address, size = buffer(frame, 15, False)
-    passed, ends = carray(pointer(address), size, real), size // (3 * rays)
-    address, size = buffer(frame, 16, False)
-    cones = carray(pointer(address), size, real)
-    found = carray(pointer(buffer(frame, 0, True)[0]), rays, np.int32)
-    away = carray(pointer(buffer(frame, 1, True)[0]), rays, real)
+    creases, rows, leaf = argument(frame, 0, np.int32)[0] != 0, argument(frame, 1, real), argument(frame, 2, np.int32)
+    members, flags = argument(frame, 3, real), argument(frame, 4, np.int32)
+    ox, oy, oz = argument(frame, 5, real), argument(frame, 6, real), argument(frame, 7, real)
+    dx, dy, dz = argument(frame, 8, real), argument(frame, 9, real), argument(frame, 10, real)
+    limit, skip = argument(frame, 11, real), argument(frame, 12, np.int32)
+    reach, growth = argument(frame, 13, real), argument(frame, 14, real)
+    passed, cones, rays = argument(frame, 15, real), argument(frame, 16, real), ox.shape[0]
+    ends = passed.shape[0] // (3 * rays)
+    found, away = result(frame, 0, np.int32), result(frame, 1, real)
     for k in range(rays):
         found[k], away[k] = -1, 0
         if limit[k] > 0:

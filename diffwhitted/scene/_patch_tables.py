@@ -1,7 +1,5 @@
 """Form factors of a scene as the ray tree reads them: made once for each geometry, and kept by its content."""
 
-import hashlib
-from collections import OrderedDict
 from collections.abc import Sequence
 
 import equinox as eqx
@@ -13,13 +11,11 @@ from jaxtyping import Array, Bool, Float, Int
 from .._errors import SceneError
 from ..geometry import Shapes
 from ..interreflection import Factors, form_factors, patches_of
+from ..numerics._recent import Recent
 from ..numerics._vector import Vec3, vec3
 from ..records import is_traced
 from ..shapes import AbstractObject
 from ._interreflection import numbered, obstacles_of, opaque
-
-KEPT = 4
-"""Scenes whose form factors are kept."""
 
 
 class Charts(eqx.Module):
@@ -60,7 +56,8 @@ class PatchTables(eqx.Module):
     charts: Charts
 
 
-_kept: OrderedDict[bytes, tuple[Factors, PatchTables]] = OrderedDict()
+_KEPT: Recent[tuple[Factors, PatchTables]] = Recent(4)
+"""Of scenes that come again."""
 
 
 def known_patches(
@@ -77,20 +74,16 @@ def known_patches(
                 "form factors are made of known geometry, once; allowed are derivatives in materials, lights and "
                 "cameras. Close over the scene and replace coefficients, or leave radiosity out"
             )
-    content = hashlib.blake2b(f"{patches} {dtype} {jnp.asarray(0.0).dtype}".encode())
+    # All that the form factors hang on: what is asked for, precision, and each object.
+    content = [f"{patches} {dtype} {jnp.asarray(0.0).dtype}", others]
     for thing in objects:
-        content.update(f"{type(thing).__name__} {thing.surfaces} {thing.solid}".encode())
-        for leaf in jax.tree.leaves(thing):
-            content.update(f"{np.asarray(leaf).dtype}{np.shape(leaf)}".encode() + np.asarray(leaf).tobytes())
-    content.update(np.ascontiguousarray(others).tobytes())
-    key = content.digest()
-    if key not in _kept:
+        content += [f"{type(thing).__name__} {thing.surfaces} {thing.solid}", *jax.tree.leaves(thing)]
+
+    def made() -> tuple[Factors, PatchTables]:
         with jax.ensure_compile_time_eval():
-            _kept[key] = _made(objects, others, patches, dtype)
-        if len(_kept) > KEPT:
-            _kept.popitem(last=False)
-    _kept.move_to_end(key)
-    return _kept[key]
+            return _made(objects, others, patches, dtype)
+
+    return _KEPT.of(content, made)
 
 
 def _made(objects, others, wanted: int, dtype) -> tuple[Factors, PatchTables]:

@@ -4,9 +4,7 @@ A tree is made on the host where the geometry is known, once for each geometry, 
 program whose geometry is traced, or is no longer the one that the tree was made of, it is made anew.
 """
 
-import hashlib
-from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import equinox as eqx
@@ -16,13 +14,12 @@ import numpy as np
 from jaxtyping import Array, Bool, Int
 
 from ..geometry import AbstractSurfaces, BoxTree, Shapes, Sheets, Sides, boxes_over, compiled, prepare
+from ..numerics._recent import Recent
 from ..records import changed, is_traced
 from ..shapes import OBJECTS, AbstractObject
 
 MANY, MANY_COMPILED = 256, 32
 """A family of so many surfaces, or more, is searched by a tree; with machine code it pays earlier."""
-KEPT = 8
-"""Trees that are kept for geometry that comes again."""
 
 
 class Meeting(eqx.Module):
@@ -38,6 +35,10 @@ class Known(eqx.Module):
 
     boxes: BoxTree
     columns: tuple[Array | None, ...]
+
+
+_TREES: Recent[Known] = Recent(8)
+"""Of geometry that comes again."""
 
 
 def shapes_of(
@@ -95,13 +96,7 @@ def _sided(family: AbstractSurfaces, meeting: Meeting | None) -> tuple[Sides, Bo
     columns = tuple(jax.tree.leaves(sides))
     if not _searched(sides):
         return sides, None
-    boxes = _current(sides, columns, meeting.known)
-    return sides, changed(boxes, cones=_cones(sides, boxes.leaf))
-
-
-@eqx.filter_jit
-def _cones(sides: Sides, leaf):
-    return sides.cones(leaf)
+    return sides, _current(sides, columns, meeting.known)
 
 
 def families_of(objects: Sequence[AbstractObject]) -> Iterator[AbstractSurfaces]:
@@ -113,14 +108,13 @@ def with_families(shapes: Shapes, families: Sequence[AbstractSurfaces]) -> Shape
     """The same with other geometry; the trees of boxes are made of it, in the program."""
 
     def made(family, before):
-        return before if before is None else boxes_over(*_extent(jax.lax.stop_gradient(family)))
+        return before if before is None else _boxes_of(jax.lax.stop_gradient(family))
 
     def again(family, sided):
         if sided is None:
             return None
         sides = family.sides(sided[0].side, sided[0].other)
-        boxes = made(sides, sided[1])
-        return sides, boxes if boxes is None else changed(boxes, cones=sides.cones(boxes.leaf))
+        return sides, made(sides, sided[1])
 
     boxes = tuple(made(*pair) for pair in zip(families, shapes.boxes, strict=True))
     sides = tuple(map(again, families, shapes.sides)) if shapes.sides else ()
@@ -151,26 +145,24 @@ def _searched(family: AbstractSurfaces | Sides) -> bool:
 def _known(family: AbstractSurfaces | Sides, columns: tuple) -> Known | None:
     if not _searched(family) or any(map(is_traced, jax.tree.leaves(columns))):
         return None
-    content = hashlib.blake2b(type(family).__name__.encode())
-    for column in jax.tree.leaves(columns):
-        array = np.ascontiguousarray(column)
-        content.update(f"{array.dtype}{array.shape}".encode())
-        content.update(array.data)
-    return _kept(content.digest(), family, columns)
 
-
-_trees: OrderedDict[bytes, Known] = OrderedDict()
-
-
-def _kept(content: bytes, family: AbstractSurfaces | Sides, columns: tuple) -> Known:
-    if content not in _trees:
+    def made() -> Known:
         with jax.ensure_compile_time_eval():
-            boxes = jax.tree.map(jnp.asarray, boxes_over(*jax.tree.map(np.asarray, _extent(family))))
-            _trees[content] = Known(boxes, jax.tree.map(jnp.asarray, columns))
-        if len(_trees) > KEPT:
-            _trees.popitem(last=False)
-    _trees.move_to_end(content)
-    return _trees[content]
+            boxes = jax.tree.map(jnp.asarray, _boxes_of(family, np.asarray))
+            return Known(boxes, jax.tree.map(jnp.asarray, columns))
+
+    return _TREES.of([type(family).__name__, *jax.tree.leaves(columns)], made)
+
+
+def _boxes_of(family: AbstractSurfaces | Sides, where: Callable = jnp.asarray) -> BoxTree:
+    """The tree over the surfaces, or sides, of a family; `where`: made of NumPy's arrays it is made on the host."""
+    boxes = boxes_over(*jax.tree.map(where, _extent(family)))
+    return changed(boxes, cones=_cones(family, boxes.leaf)) if isinstance(family, Sides) else boxes
+
+
+@eqx.filter_jit
+def _cones(sides: Sides, leaf):
+    return sides.cones(leaf)
 
 
 @eqx.filter_jit
@@ -184,16 +176,13 @@ def _current(family: AbstractSurfaces | Sides, columns: tuple, known: Known | No
     """The known tree, or one made here where the geometry may be, or is, another one."""
     prepare(family)
 
-    def made(family):
-        return boxes_over(*_extent(family))
-
     family = jax.lax.stop_gradient(family)
     if known is None:
-        return (_known(family, columns) or Known(made(family), ())).boxes
+        return (_known(family, columns) or Known(_boxes_of(family), ())).boxes
     if not any(map(is_traced, jax.tree.leaves(columns))):
         return known.boxes
     columns = jax.lax.stop_gradient(columns)
-    return jax.lax.cond(_same(columns, known.columns), lambda family: known.boxes, made, family)
+    return jax.lax.cond(_same(columns, known.columns), lambda family: known.boxes, _boxes_of, family)
 
 
 def _same(columns: tuple, others: tuple) -> Bool[Array, ""]:

@@ -7,16 +7,29 @@ import numpy as np
 from jaxtyping import Int
 
 from ..geometry import BITS
+from ..numerics._recent import Recent
 from ..records import is_traced
 from ._facets import places_of
+
+_KEPT: Recent[tuple[np.ndarray, np.ndarray]] = Recent(8)
+"""Of meshes that come again."""
 
 
 def shared_sides(meshes: Sequence[Any]) -> tuple[Int[np.ndarray, "e"], Int[np.ndarray, "e"]]:
     """All sides of the triangles of meshes, those that two triangles share once: their numbers (see `side_of`), and the
     third corner of the other triangle, numbered in the same way, -1 where there is none.
 
-    A side of three triangles and more is one of each of them alone. Vertices in one place are one.
+    A side of three triangles and more is one of each of them alone. Known vertices in one place are one.
     """
+    content = [part for mesh in meshes for part in (mesh.faces, _known(mesh.vertices))]
+    return _KEPT.of(content, lambda: _shared(meshes))
+
+
+def _known(vertices):
+    return f"{len(vertices)} that are traced" if is_traced(vertices) else vertices
+
+
+def _shared(meshes: Sequence[Any]) -> tuple[Int[np.ndarray, "e"], Int[np.ndarray, "e"]]:
     faces, first = [], 0
     for mesh in meshes:
         own = np.asarray(mesh.faces)
